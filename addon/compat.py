@@ -1,0 +1,132 @@
+"""Every difference between the Blender versions that the add-on runs on (3.4, 4.2, 4.5, 5.0) but renamed shader
+sockets, which are in `compat_nodes`; no other file asks for the version.
+
+Where two versions can be told apart by what they offer, that is asked; the version number only where they look the same.
+A render engine's `__init__` needs `*args` from 4.4 on and none before: the engine defines none and is spared the difference.
+"""
+
+import math
+
+import bpy
+import numpy as np
+
+# ---------------------------------------------------------------- meshes
+
+
+def positions(mesh):
+    """(vertices, 3) float32, metres, object space."""
+    attribute = mesh.attributes.get("position")
+    if attribute is not None:
+        return _read(attribute.data, "vector", len(mesh.vertices), 3, np.float32)
+    return _read(mesh.vertices, "co", len(mesh.vertices), 3, np.float32)
+
+
+def corner_vertices(mesh):
+    """(corners,) uint32: the vertex of each corner."""
+    attribute = mesh.attributes.get(".corner_vert")
+    if attribute is not None:
+        return _read(attribute.data, "value", len(mesh.loops), 1, np.uint32)
+    return _read(mesh.loops, "vertex_index", len(mesh.loops), 1, np.uint32)
+
+
+def triangle_corners(mesh):
+    """(triangles, 3) uint32 into the corners."""
+    if hasattr(mesh, "calc_loop_triangles"):
+        mesh.calc_loop_triangles()
+    return _read(mesh.loop_triangles, "loops", len(mesh.loop_triangles), 3, np.uint32)
+
+
+def triangle_polygons(mesh):
+    """(triangles,) uint32 into the polygons; after `triangle_corners`."""
+    if hasattr(mesh, "loop_triangle_polygons"):
+        return _read(mesh.loop_triangle_polygons, "value", len(mesh.loop_triangles), 1, np.uint32)
+    return _read(mesh.loop_triangles, "polygon_index", len(mesh.loop_triangles), 1, np.uint32)
+
+
+def polygon_materials(mesh):
+    """(polygons,) uint32 material slots, or None where all are in the first."""
+    attribute = mesh.attributes.get("material_index")
+    if attribute is not None and attribute.domain == "FACE" and attribute.data_type == "INT":
+        return _read(attribute.data, "value", len(mesh.polygons), 1, np.uint32)
+    if hasattr(mesh, "corner_normals"):
+        return None
+    return _read(mesh.polygons, "material_index", len(mesh.polygons), 1, np.uint32)
+
+
+def corner_normals(mesh):
+    """(corners, 3) float32 unit, or None where every face is flat."""
+    if hasattr(mesh, "corner_normals"):
+        if mesh.normals_domain == "FACE":
+            return None
+        return _read(mesh.corner_normals, "vector", len(mesh.loops), 3, np.float32)
+    smooth = np.empty(len(mesh.polygons), dtype=bool)
+    mesh.polygons.foreach_get("use_smooth", smooth)
+    if not smooth.any():
+        return None
+    mesh.calc_normals_split()
+    return _read(mesh.loops, "normal", len(mesh.loops), 3, np.float32)
+
+
+def corner_uvs(layer, count):
+    """(corners, 2) float32 of a UV layer."""
+    if hasattr(layer, "uv"):
+        return _read(layer.uv, "vector", count, 2, np.float32)
+    return _read(layer.data, "uv", count, 2, np.float32)
+
+
+def _read(collection, name, count, channels, dtype):
+    values = np.empty(count * channels, dtype=dtype)
+    if count:
+        collection.foreach_get(name, values)
+    return values.reshape(count, channels) if channels > 1 else values
+
+
+# ---------------------------------------------------------------- lights
+
+
+def area_radiance_per_watt(area):
+    """Radiance of an area light of one watt and `area` [m^2]: P / (4 A) before 4.5, P / (pi A) since (measured on 3.4 and 4.5)."""
+    return 1.0 / ((math.pi if bpy.app.version >= (4, 5, 0) else 4.0) * area)
+
+
+def spot_falls_with_cosine():
+    """Before 4.0 a spot's fall-off is multiplied by the cosine to its axis."""
+    return bpy.app.version < (4, 0, 0)
+
+
+def light_energy(light, matrix):
+    """(3,) the light's power, or a sun's strength, times its colour, with 4.5's exposure, temperature and normalisation."""
+    energy = np.array(light.color[:], dtype=np.float64) * light.energy
+    if getattr(light, "use_temperature", False):
+        energy = energy * np.array(light.temperature_color[:])
+    energy = energy * 2.0 ** getattr(light, "exposure", 0.0)
+    if not getattr(light, "normalize", True):
+        energy = energy * light.area(matrix_world=matrix)
+    return energy
+
+
+# ---------------------------------------------------------------- nodes
+
+
+def uses_nodes(owner):
+    """Whether a material, world or light is described by its node tree; from 5.0 on a material or world with a tree always is."""
+    if owner.node_tree is None:
+        return False
+    if bpy.app.version >= (5, 0, 0) and not isinstance(owner, bpy.types.Light):
+        return True
+    return owner.use_nodes
+
+
+# ---------------------------------------------------------------- results
+
+
+def set_pass_pixels(render_pass, pixels):
+    """Hands (height, width, channels) float32 to a render pass: newer versions want the array flat, 3.4 wants (pixels, channels)."""
+    pixels = np.ascontiguousarray(pixels, dtype=np.float32)
+    if bpy.app.version < (4, 0, 0):
+        render_pass.rect.foreach_set(pixels.reshape(-1, pixels.shape[2]))
+        return
+    try:
+        render_pass.rect.foreach_set(pixels.reshape(-1))
+    except (TypeError, ValueError):
+        render_pass.rect.foreach_set(pixels.reshape(-1, pixels.shape[2]))

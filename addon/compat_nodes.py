@@ -1,0 +1,25 @@
+"""Shader nodes whose sockets were renamed between Blender 3.4 and 4.0. Sockets are asked for by their 3.4 names."""
+
+
+import bpy
+
+PRINCIPLED_V2_NAMES = {
+    "Specular": "Specular IOR Level",
+    "Transmission": "Transmission Weight",
+    "Emission": "Emission Color",
+    "Clearcoat": "Coat Weight",
+    "Clearcoat Roughness": "Coat Roughness",
+    "Clearcoat Normal": "Coat Normal",
+    "Sheen": "Sheen Weight",
+    "Subsurface": "Subsurface Weight",
+}
+
+
+def principled_is_v2(node: bpy.types.Node) -> bool:
+    """Whether this Principled BSDF is that of Blender 4.0 and later."""
+    return "Specular IOR Level" in node.inputs
+
+
+def principled_input(node: bpy.types.Node, name: str) -> bpy.types.NodeSocket | None:
+    """The input with the 3.4 `name` or what it is called since; None where this version has no such input."""
+    return node.inputs.get(name) or node.inputs.get(PRINCIPLED_V2_NAMES.get(name, name))

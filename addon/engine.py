@@ -1,0 +1,181 @@
+"""The RenderEngine: Blender's callbacks -> export, session loop, result. Every failure ends as a message to the user."""
+
+import sys
+import time
+import traceback
+from concurrent.futures import ThreadPoolExecutor, wait
+from pathlib import Path
+
+import bpy
+
+from . import native, render_result
+from .export_scene import export_scene
+
+_POLL_SECONDS = 0.03
+_PREVIEW_SECONDS = 1.0
+_STATUS_SECONDS = 0.25
+
+
+class SppmRenderEngine(bpy.types.RenderEngine):
+    """Stochastic progressive photon mapping."""
+
+    bl_idname = "SPPM"
+    bl_label = "SPPM"
+    bl_use_preview = False
+    bl_use_postprocess = True
+    bl_use_shading_nodes_custom = False
+    bl_use_eevee_viewport = True
+
+    def update_render_passes(self, scene=None, renderlayer=None):
+        render_result.register_passes(self, scene, renderlayer)
+
+    def render(self, depsgraph):
+        # What is raised here Blender would answer with a saved picture and exit code 0; only a reported error stops it.
+        try:
+            _Render(self, depsgraph).run()
+        except (native.SppmError, ValueError, RuntimeError, MemoryError, OSError) as error:
+            self.report({"ERROR"}, f"SPPM: {error}")
+        except Exception as error:  # a bug of ours: the trace is for the report of it
+            traceback.print_exc()
+            self.report({"ERROR"}, f"SPPM: {type(error).__name__}: {error}")
+
+
+class _Render:
+    """The render of one view layer."""
+
+    def __init__(self, engine, depsgraph):
+        self._engine, self._depsgraph = engine, depsgraph
+        self._settings = session_settings(depsgraph)
+        self._next_preview, self._next_preview_iteration, self._next_status = 0.0, 1, 0.0
+
+    def run(self):
+        self._engine.update_stats("", "SPPM: exporting the scene")
+        desc, warnings = export_scene(self._depsgraph, self._engine.camera_override)
+        self._tell(warnings)
+        self._engine.update_stats("", "SPPM: building the scene")
+        with native.Scene(desc, self._settings.threads) as scene:
+            del desc
+            with native.Session(scene, self._settings) as session:
+                self._render_into_result(session)
+                _print_stamp(session.progress(), scene.info())
+
+    def _tell(self, warnings):
+        for message in warnings:
+            print(f"SPPM: {message}")
+        sys.stdout.flush()
+        if warnings:
+            more = f" (and {len(warnings) - 1} more, see the console)" if len(warnings) > 1 else ""
+            self._engine.report({"WARNING"}, f"SPPM: {warnings[0]}{more}")
+
+    def _render_into_result(self, session):
+        writer = render_result.ResultWriter(self._engine, session.size, self._depsgraph.view_layer.name)
+        try:
+            self._loop(session, writer)
+            writer.write(session)
+        except BaseException:
+            writer.close(cancel=True)
+            raise
+        writer.close()
+
+    def _loop(self, session, writer):
+        """Steps until done; what was rendered before the user cancels is kept."""
+        with ThreadPoolExecutor(max_workers=1, thread_name_prefix="sppm") as worker:
+            while not session.progress().finished and not self._engine.test_break():
+                if not self._step(session, worker):
+                    break
+                self._show(session, writer)
+
+    def _step(self, session, worker):
+        """One iteration on the worker while this thread keeps asking whether to go on; False if it was cancelled."""
+        step = worker.submit(session.step)
+        try:
+            while not wait([step], timeout=_POLL_SECONDS).done:
+                if self._engine.test_break():
+                    session.cancel()
+                self._show_status(session.progress())
+            step.result()
+            return True
+        except native.Cancelled:
+            return False
+        except BaseException:
+            # Nothing may run on while the session is being closed.
+            session.cancel()
+            wait([step])
+            raise
+
+    def _show(self, session, writer):
+        progress = session.progress()
+        self._engine.update_progress(self._done(progress))
+        self._show_status(progress)
+        if not bpy.app.background and self._is_preview_due(progress.iteration):
+            writer.show(session)
+            # Counted from the end of showing it, so that previews of large pictures do not eat the render.
+            self._next_preview = time.monotonic() + _PREVIEW_SECONDS
+
+    def _is_preview_due(self, iteration):
+        """After iterations 1, 2, 4, 8, ... and otherwise about once a second."""
+        if iteration >= self._next_preview_iteration:
+            self._next_preview_iteration = 2 * iteration
+            return True
+        return time.monotonic() >= self._next_preview
+
+    def _done(self, progress):
+        """Share of the work done, 0 to 1."""
+        limit = self._settings.time_limit
+        return min(1.0, max(progress.iteration / self._settings.iterations, progress.seconds / limit if limit > 0.0 else 0.0))
+
+    def _show_status(self, progress):
+        now = time.monotonic()
+        if now < self._next_status:
+            return
+        self._next_status = now + _STATUS_SECONDS
+        rate = progress.photons_emitted / progress.seconds if progress.seconds > 0.0 else 0.0
+        self._engine.update_stats("", f"SPPM iteration {progress.iteration}/{self._settings.iterations}, {rate:,.0f} photons/s, "
+                                      f"remaining {self._remaining(progress)}")
+
+    def _remaining(self, progress):
+        done = self._done(progress)
+        if done <= 0.0:
+            return "--:--"
+        minutes, seconds = divmod(round(progress.seconds * (1.0 - done) / done), 60)
+        return f"{minutes:02d}:{seconds:02d}"
+
+
+def session_settings(depsgraph):
+    """The scene's settings as the library's."""
+    scene, view_layer = depsgraph.scene, depsgraph.view_layer
+    own = scene.sppm
+    names = ("iterations", "photons_per_iteration", "initial_radius", "max_depth", "pixel_filter", "filter_width", "gamma", "seed",
+             "time_limit", "write_interval")
+    return native.Settings(
+        **{name: getattr(own, name) for name in names},
+        snapshot_path=_snapshot_path(scene, view_layer) if own.write_interval > 0 else "",
+        # `blender -t N` makes the mode FIXED for Blender's own renderers by the same property.
+        threads=scene.render.threads if scene.render.threads_mode == "FIXED" else 0,
+        transparent_film=scene.render.film_transparent,
+        passes=frozenset(render_result.requested_passes(view_layer)),
+    )
+
+
+def _snapshot_path(scene, view_layer):
+    """Beside the frame's output file: `NAME0001.exr` -> `NAME0001.sppm.exr`, with the layer's name where there are several."""
+    path = Path(scene.render.frame_path(frame=scene.frame_current)).absolute()
+    layer = f".{bpy.path.clean_name(view_layer.name)}" if len(scene.view_layers) > 1 else ""
+    return str(path.with_name(f"{path.stem}{layer}.sppm.exr"))
+
+
+def _print_stamp(progress, info):
+    """One line by which scripts tell that this engine rendered, and how much."""
+    megabytes = (progress.memory_bytes + info["memory_bytes"]) / 2**20
+    print(f"SPPM: rendered {progress.iteration} iterations, {progress.photons_emitted} photons, {progress.seconds:.3f} s, "
+          f"{megabytes:.1f} MB", flush=True)
+    if progress.dropped_samples:
+        print(f"SPPM: {progress.dropped_samples} samples were not finite and were left out", flush=True)
+
+
+def register():
+    bpy.utils.register_class(SppmRenderEngine)
+
+
+def unregister():
+    bpy.utils.unregister_class(SppmRenderEngine)

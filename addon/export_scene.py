@@ -1,0 +1,191 @@
+"""Blender's evaluated scene -> SceneDesc and the list of what could not be said with it.
+
+The dependency graph is walked once. A mesh is read once and referred to by an instance for each place where it stands; instances of
+collections, geometry nodes and particles all arrive here as instances. No Blender object outlives its step of the walk.
+"""
+
+from dataclasses import replace
+
+import bpy
+import numpy as np
+
+from .export_camera import export_camera
+from .export_image import ImageExporter
+from .export_light import export_light, export_world
+from .export_material import MaterialExporter
+from .export_mesh import export_mesh
+from .scene_desc import InstanceDesc, SceneDesc
+
+_UNSUPPORTED = {"CURVES": "hair curves", "VOLUME": "a volume", "POINTCLOUD": "a point cloud", "GPENCIL": "grease pencil",
+                "GREASEPENCIL": "grease pencil"}
+_RAY_VISIBILITY = ("camera", "diffuse", "glossy", "transmission", "shadow")
+
+
+def export_scene(depsgraph, camera=None):
+    """Exports what a render of the dependency graph's view layer shows.
+
+    Args:
+        depsgraph: evaluated for rendering.
+        camera: camera object to use instead of the scene's.
+
+    Returns:
+        (SceneDesc, list of messages for the user, each once).
+
+    Raises:
+        CameraError: there is no camera to look through.
+    """
+    walk = _Walk(depsgraph)
+    scene = depsgraph.scene_eval
+    camera = camera or scene.camera
+    walk.desc.camera = export_camera(camera.evaluated_get(depsgraph) if camera else None, scene.render, walk.warn)
+    walk.desc.world = export_world(scene.world, walk.images.export, walk.warn)
+    for instance in depsgraph.object_instances:
+        walk.visit(instance)
+    return _moved_to_origin(walk.desc), walk.warnings
+
+
+class _Walk:
+    """What is known while the instances pass by."""
+
+    def __init__(self, depsgraph):
+        self.desc, self.warnings = SceneDesc(), []
+        self.images = ImageExporter(self.desc, self.warn)
+        self._depsgraph = depsgraph
+        self._materials = MaterialExporter(self.desc, self.warn, self.images)
+        self._meshes = {}  # address -> (mesh id or 0, wants UVs, wanted colours)
+
+    def warn(self, message):
+        if message not in self.warnings:
+            self.warnings.append(message)
+
+    def visit(self, instance):
+        """Exports one instance if it shows itself; an instancer may hide behind what it instances."""
+        obj = instance.object
+        if instance.show_particles:
+            self._warn_of_hair(obj)
+        if not instance.show_self:
+            return
+        if obj.type == "LIGHT":
+            light = export_light(obj, instance.matrix_world, self.warn)
+            if light:
+                self.desc.lights.append(light)
+        elif isinstance(obj.data, bpy.types.Mesh):
+            # Curves, texts, surfaces and metaballs pass by twice: as themselves, and as the mesh that they evaluate to.
+            self._add_instance(obj, instance.matrix_world)
+        elif obj.type in _UNSUPPORTED:
+            self.warn(f"object '{obj.name}': {_UNSUPPORTED[obj.type]} cannot be rendered and is left out")
+
+    def _warn_of_hair(self, obj):
+        for system in obj.particle_systems:
+            if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
+                self.warn(f"object '{obj.name}': particle hair '{system.name}' cannot be rendered and is left out")
+
+    def _add_instance(self, obj, matrix):
+        if not self._is_visible(obj):
+            return
+        transform = np.array(matrix, dtype=np.float64)[:3]
+        if abs(np.linalg.det(transform[:, :3])) < 1e-30:
+            # Scaled to nothing: Cycles shows nothing either.
+            return
+        materials = tuple(self._materials.export(material) for material in _materials_of(obj))
+        mesh_id = self._mesh_id(obj, materials)
+        if mesh_id:
+            self.desc.instances.append(InstanceDesc(obj.name, mesh_id, materials, transform))
+
+    def _is_visible(self, obj):
+        visible = [getattr(obj, f"visible_{ray}", True) for ray in _RAY_VISIBILITY]
+        if any(visible) and not all(visible):
+            self.warn(f"object '{obj.name}': ray visibility is ignored, it is seen by all rays")
+        if getattr(obj, "is_holdout", False) or getattr(obj, "is_shadow_catcher", False):
+            self.warn(f"object '{obj.name}': holdouts and shadow catchers are rendered as ordinary objects")
+        return any(visible)
+
+    def _mesh_id(self, obj, materials):
+        """The mesh's id, 0 if it is empty; read again only if another instance's materials want more of it."""
+        # The dependency graph keeps its meshes in place during the walk, so an address tells them apart.
+        key = obj.data.as_pointer()
+        wants_uvs, wants_colors = self._wants(obj, materials)
+        known = self._meshes.get(key)
+        if known:
+            mesh_id, had_uvs, had_colors = known
+            if mesh_id == 0 or (had_uvs >= wants_uvs and (wants_colors is None or had_colors == wants_colors)):
+                return mesh_id
+            wants_uvs, wants_colors = wants_uvs or had_uvs, wants_colors if wants_colors is not None else had_colors
+        desc = export_mesh(obj.data, wants_uvs, wants_colors, self.warn)
+        if desc is None:
+            mesh_id = 0
+        elif known:
+            mesh_id = known[0]
+            self.desc.meshes[mesh_id - 1] = desc
+        else:
+            self.desc.meshes.append(desc)
+            mesh_id = len(self.desc.meshes)
+        self._meshes[key] = (mesh_id, wants_uvs, wants_colors)
+        return mesh_id
+
+    def _wants(self, obj, materials):
+        """(whether any material reads UVs, name of the colour attribute read or None)."""
+        names = {_color_name(self._materials.needs_colors(material)) for material in materials} - {None}
+        if len(names) > 1:
+            self.warn(f"object '{obj.name}': its materials read several colour attributes, only one can be used")
+        return any(self._materials.needs_uvs(material) for material in materials), min(names, default=None)
+
+
+def _color_name(answer):
+    """'' for the active attribute, None for no attribute."""
+    if answer is True:
+        return ""
+    return answer if isinstance(answer, str) else None
+
+
+def _materials_of(obj):
+    """A material (or None) a slot: the object's where the slot is linked to it, else the evaluated mesh's."""
+    mesh, slots = obj.data, obj.material_slots
+    for index in range(max(len(mesh.materials), 1)):
+        slot = slots[index] if index < len(slots) else None
+        if slot is not None and slot.link == "OBJECT":
+            yield slot.material
+        elif index < len(mesh.materials):
+            yield mesh.materials[index]
+        else:
+            yield slot.material if slot else None
+
+
+def _moved_to_origin(desc):
+    """Moves a scene that lies farther from Blender's origin than it is large to its own centre, in double precision.
+
+    Single precision, which the renderer computes in, then loses at most a bit; a scene around the origin stays as it is. The centre is
+    that of the bounds of all instances, rounded to metres.
+    """
+    if not desc.instances:
+        return desc
+    low, high = _bounds(desc)
+    centre = np.round((low + high) / 2.0)
+    if np.linalg.norm(centre) <= np.linalg.norm(high - low):
+        return desc
+    desc.origin = tuple(centre)
+    desc.instances = [replace(item, transform=_moved(item.transform, centre)) for item in desc.instances]
+    desc.lights = [replace(item, transform=_moved(item.transform, centre)) for item in desc.lights]
+    desc.camera = replace(desc.camera, transform=_moved(desc.camera.transform, centre))
+    return desc
+
+
+def _moved(transform, centre):
+    moved = transform.copy()
+    moved[:, 3] -= centre
+    return moved
+
+
+def _bounds(desc):
+    """Lowest and highest corner of all instances' boxes, metres, world, float64."""
+    boxes = np.array([_box_corners(mesh.positions) for mesh in desc.meshes])
+    transforms = np.array([item.transform for item in desc.instances])
+    corners = np.einsum("iab,ikb->ika", transforms, boxes[[item.mesh - 1 for item in desc.instances]])
+    return corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+
+
+def _box_corners(positions):
+    """(8, 4) float64 homogeneous corners of the points' box."""
+    ends = np.array((positions.min(axis=0), positions.max(axis=0)), dtype=np.float64)
+    corners = np.array(np.meshgrid(*ends.T)).reshape(3, 8).T
+    return np.hstack((corners, np.ones((8, 1))))

@@ -1,0 +1,62 @@
+"""Every setting of the engine: name, default, range, unit, description. Names are those of SppmSettings."""
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
+
+
+class SppmSettings(bpy.types.PropertyGroup):
+    """Settings of a scene, `scene.sppm`."""
+
+    iterations: IntProperty(
+        name="Iterations", default=64, min=1, soft_max=4096,
+        description="How often camera rays and photons are sent; noise and blur shrink with each")
+    photons_per_iteration: IntProperty(
+        name="Photons", default=0, min=0, soft_max=10_000_000,
+        description="Photon paths started in each iteration; 0 for as many as the picture has pixels")
+    initial_radius: FloatProperty(
+        name="Initial Radius", default=0.0, min=0.0, soft_max=1.0, precision=4, subtype="DISTANCE", unit="LENGTH",
+        description="Radius in which photons are gathered at first; 0 chooses it from the size of a pixel at what it sees")
+    max_depth: IntProperty(
+        name="Max Depth", default=24, min=1, max=1024, soft_max=128,
+        description="Most vertices that a camera or photon path may have")
+    gamma: FloatProperty(
+        name="Gamma", default=2.0 / 3.0, min=0.01, max=0.99,
+        description="Share of new photons that is kept when the radius shrinks: smaller sharpens faster and leaves more noise")
+    pixel_filter: EnumProperty(
+        name="Pixel Filter", default="BLACKMAN_HARRIS",
+        items=(("BLACKMAN_HARRIS", "Blackman-Harris", "Smooth, as in Cycles"), ("BOX", "Box", "The pixel's own square, sharp")),
+        description="How a pixel weighs what lies around its centre")
+    filter_width: FloatProperty(
+        name="Filter Width", default=1.5, min=0.01, soft_min=0.5, max=10.0, subtype="PIXEL",
+        description="Full width of the pixel filter, in pixels")
+    seed: IntProperty(name="Seed", default=0, min=0, description="Another seed gives other noise")
+    time_limit: FloatProperty(
+        name="Time Limit", default=0.0, min=0.0, soft_max=3600.0, subtype="TIME_ABSOLUTE", unit="TIME_ABSOLUTE",
+        description="Stop after the iteration in which this much time has passed; 0 for no limit")
+    write_interval: IntProperty(
+        name="Write Interval", default=0, min=0, soft_max=256,
+        description="Iterations between snapshots, written as an OpenEXR file next to the output; 0 for none")
+
+
+class SppmViewLayerSettings(bpy.types.PropertyGroup):
+    """The engine's own passes of a view layer, `view_layer.sppm`."""
+
+    use_pass_direct: BoolProperty(name="Direct", description="Emission, environment and light that comes straight from lamps")
+    use_pass_indirect: BoolProperty(name="Indirect", description="Photons that were scattered by a diffuse surface before")
+    use_pass_caustics: BoolProperty(name="Caustics", description="Photons that came by mirrors and glass only")
+    use_pass_radius: BoolProperty(name="Radius", description="Search radius of each pixel, in metres")
+    use_pass_photons: BoolProperty(name="Photons", description="Photons that each pixel has gathered")
+
+
+def register():
+    bpy.utils.register_class(SppmSettings)
+    bpy.utils.register_class(SppmViewLayerSettings)
+    bpy.types.Scene.sppm = PointerProperty(type=SppmSettings, name="SPPM")
+    bpy.types.ViewLayer.sppm = PointerProperty(type=SppmViewLayerSettings, name="SPPM")
+
+
+def unregister():
+    del bpy.types.ViewLayer.sppm
+    del bpy.types.Scene.sppm
+    bpy.utils.unregister_class(SppmViewLayerSettings)
+    bpy.utils.unregister_class(SppmSettings)

@@ -1,0 +1,174 @@
+#include "accel.h"
+
+#if SPPM_EMBREE_MAJOR >= 4
+#include <embree4/rtcore.h>
+#else
+#include <embree3/rtcore.h>
+#endif
+
+#include <atomic>
+#include <cstdlib>
+#include <map>
+#include <vector>
+
+#include "status.h"
+
+namespace sppm {
+namespace {
+
+SppmStatus status_of(RTCError error) { return error == RTC_ERROR_OUT_OF_MEMORY ? SPPM_OUT_OF_MEMORY : SPPM_INTERNAL_ERROR; }
+
+RTCRayHit make_query(const Ray& ray) {
+  RTCRayHit query{};
+  query.ray.org_x = ray.origin.x, query.ray.org_y = ray.origin.y, query.ray.org_z = ray.origin.z;
+  query.ray.dir_x = ray.direction.x, query.ray.dir_y = ray.direction.y, query.ray.dir_z = ray.direction.z;
+  query.ray.tnear = ray.near, query.ray.tfar = ray.far;
+  query.ray.mask = 0xffffffffu;
+  query.hit.geomID = query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  return query;
+}
+
+void trace(RTCScene scene, RTCRayHit& query) {
+#if SPPM_EMBREE_MAJOR >= 4
+  rtcIntersect1(scene, &query);
+#else
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcIntersect1(scene, &context, &query);
+#endif
+}
+
+void trace_shadow(RTCScene scene, RTCRay& ray) {
+#if SPPM_EMBREE_MAJOR >= 4
+  rtcOccluded1(scene, &ray);
+#else
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcOccluded1(scene, &context, &ray);
+#endif
+}
+
+}  // namespace
+
+struct Accel::Impl {
+  RTCDevice device = nullptr;
+  RTCScene scene = nullptr;
+  std::map<const Mesh*, RTCScene> instanced;
+  std::atomic<int64_t> memory{0};
+
+  Impl() {
+    device = rtcNewDevice(nullptr);
+    if (!device) throw Error(status_of(rtcGetDeviceError(nullptr)), "Embree cannot make a device");
+    rtcSetDeviceMemoryMonitorFunction(
+        device,
+        [](void* user, ssize_t bytes, bool) {
+          static_cast<Impl*>(user)->memory += bytes;
+          return true;
+        },
+        this);
+    scene = rtcNewScene(device);
+    rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
+  }
+  ~Impl() {
+    for (auto& [mesh, part] : instanced) rtcReleaseScene(part);
+    rtcReleaseScene(scene);
+    rtcReleaseDevice(device);
+  }
+  void check() const {
+    const RTCError error = rtcGetDeviceError(device);
+    if (error != RTC_ERROR_NONE) throw Error(status_of(error), "Embree failed with error " + std::to_string(error));
+  }
+  void attach(RTCScene target, RTCGeometry geometry, uint32_t id) const {
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(target, geometry, id);
+    rtcReleaseGeometry(geometry);
+  }
+  RTCGeometry triangles(const Mesh& mesh) const {
+    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, mesh.positions.data(), 0, sizeof(Vec3),
+                               mesh.positions.size() - 1);
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.indices.data(), 0, 12, mesh.indices.size());
+    return geometry;
+  }
+  RTCScene part(const Mesh* mesh) {
+    RTCScene& slot = instanced[mesh];
+    if (!slot) {
+      slot = rtcNewScene(device);
+      attach(slot, triangles(*mesh), 0);
+      rtcCommitScene(slot);
+    }
+    return slot;
+  }
+};
+
+Accel::Accel() : impl_(std::make_unique<Impl>()) {}
+Accel::~Accel() = default;
+
+void Accel::build(std::span<const Placement> placements) {
+  for (uint32_t i = 0; i < placements.size(); ++i) {
+    const Placement& p = placements[i];
+    if (p.identity) {
+      impl_->attach(impl_->scene, impl_->triangles(*p.mesh), i);
+      continue;
+    }
+    RTCGeometry geometry = rtcNewGeometry(impl_->device, RTC_GEOMETRY_TYPE_INSTANCE);
+    rtcSetGeometryInstancedScene(geometry, impl_->part(p.mesh));
+    rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, p.transform.m.data());
+    impl_->attach(impl_->scene, geometry, i);
+  }
+  rtcCommitScene(impl_->scene);
+  impl_->check();
+}
+
+std::optional<Hit> Accel::intersect(const Ray& ray) const {
+  RTCRayHit query = make_query(ray);
+  trace(impl_->scene, query);
+  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+  const bool instanced = query.hit.instID[0] != RTC_INVALID_GEOMETRY_ID;
+  return Hit{query.ray.tfar, query.hit.u, query.hit.v, instanced ? query.hit.instID[0] : query.hit.geomID, query.hit.primID};
+}
+
+bool Accel::occluded(const Ray& ray) const {
+  RTCRayHit query = make_query(ray);
+  trace_shadow(impl_->scene, query.ray);
+  return query.ray.tfar < 0;
+}
+
+Bounds Accel::bounds() const {
+  RTCBounds b;
+  rtcGetSceneBounds(impl_->scene, &b);
+  Bounds bounds;
+  if (b.lower_x <= b.upper_x) bounds = {{b.lower_x, b.lower_y, b.lower_z}, {b.upper_x, b.upper_y, b.upper_z}};
+  return bounds;
+}
+
+uint64_t Accel::memory() const { return static_cast<uint64_t>(std::max<int64_t>(0, impl_->memory)); }
+
+std::string embree_version() {
+  return std::to_string(RTC_VERSION_MAJOR) + "." + std::to_string(RTC_VERSION_MINOR) + "." + std::to_string(RTC_VERSION_PATCH);
+}
+
+void check_embree() {
+  const std::string advice = "; load this library with RTLD_LOCAL | RTLD_DEEPBIND";
+  RTCDevice device = rtcNewDevice(nullptr);
+  if (!device) throw Error(SPPM_UNSUPPORTED, "Embree cannot make a device" + advice);
+  const auto found = rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_VERSION_MAJOR);
+  rtcReleaseDevice(device);
+  if (found != RTC_VERSION_MAJOR)
+    throw Error(SPPM_UNSUPPORTED, "built for Embree " + embree_version() + " but the process answers with Embree " +
+                                      std::to_string(found) + advice);
+  const float positions[] = {-1, -1, 0, 1, -1, 0, 0, 1, 0, 0, 0, 0};
+  const uint32_t indices[] = {0, 1, 2};
+  SppmMeshDesc desc{};
+  desc.struct_size = sizeof desc;
+  desc.vertex_count = 4, desc.triangle_count = 1;
+  desc.positions = positions, desc.indices = indices;
+  Mesh mesh(desc);
+  Accel accel;
+  const Placement placement{&mesh, {}, true};
+  accel.build({&placement, 1});
+  const auto hit = accel.intersect({{0, 0, 2}, {0, 0, -1}});
+  if (!hit || std::abs(hit->t - 2) > 1e-5f) throw Error(SPPM_UNSUPPORTED, "Embree does not find a triangle that is there" + advice);
+}
+
+}  // namespace sppm

@@ -1,0 +1,49 @@
+// Ray tracing. The only part that knows Embree.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "camera.h"
+#include "mesh.h"
+
+namespace sppm {
+
+struct Hit {
+  float t = 0, u = 0, v = 0;  // distance; barycentrics of the second and third vertex
+  uint32_t instance = 0, triangle = 0;
+};
+
+// A mesh placed in the world.
+struct Placement {
+  const Mesh* mesh;
+  Affine transform;
+  bool identity;  // the mesh is already in world space
+};
+
+class Accel {
+ public:
+  Accel();
+  ~Accel();
+  Accel(const Accel&) = delete;
+  Accel& operator=(const Accel&) = delete;
+
+  // Meshes must outlive the accel: their arrays are shared with it.
+  void build(std::span<const Placement> placements);
+  std::optional<Hit> intersect(const Ray& ray) const;
+  bool occluded(const Ray& ray) const;
+  Bounds bounds() const;
+  uint64_t memory() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+std::string embree_version();
+// Throws Error(SPPM_UNSUPPORTED) unless the Embree that calls reach is the one built for and finds a triangle.
+void check_embree();
+
+}  // namespace sppm

@@ -1,0 +1,75 @@
+// The lobes that scatter light at a surface point, and how to evaluate, weigh and sample them.
+//
+// Frame: `wo` points toward the camera side of the path, `wi` toward the light side, both away from the surface. A photon path is
+// followed with the roles exchanged: what it arrives from is wi, and `Transport::kPhoton` says that wo is sampled. A value f excludes
+// the cosine. Pdfs are per solid angle of the sampled direction.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "vecmath.h"
+
+namespace sppm {
+
+enum class LobeType : uint8_t { kDiffuse, kRetroDiffuse, kDielectric, kRefraction, kConductor, kCoat };
+enum class Transport : uint8_t { kRadiance, kPhoton };
+
+struct Lobe {
+  LobeType type = LobeType::kDiffuse;
+  Vec3 weight{1, 1, 1};  // of this lobe in the sum, layering included where it does not depend on direction
+  Vec3 color;            // albedo, or tint or F0 of reflection
+  Vec3 color2;           // tint of transmission, or reflection at grazing
+  float roughness = 0;
+  float alpha = 0;       // GGX; 0 is perfectly smooth
+  float ior = 1;         // inside over outside
+  const class AlbedoTable* multiple_scattering = nullptr;  // gives back lost energy if set
+  const AlbedoTable* cover = nullptr;                      // the coat that lies above, if any
+  float cover_roughness = 0;
+
+  bool diffuse() const { return type == LobeType::kDiffuse || type == LobeType::kRetroDiffuse; }
+  bool smooth() const { return !diffuse() && alpha == 0; }
+};
+
+// Directions and normals of a surface point, as lobes need them.
+struct ShadingPoint {
+  Vec3 ng;           // geometric normal, outward (the winding's side)
+  Frame frame;       // around the shading normal, on ng's side
+};
+
+struct BsdfSample {
+  Vec3 direction;             // unit, away from the surface
+  Vec3 weight;                // f |cos| / pdf
+  float pdf_solid_angle = 0;  // 0 for smooth lobes
+  bool smooth = false;
+};
+
+// f(wo, wi) of one rough lobe for light that goes from wi to wo, radiance or photons alike; 0 for smooth ones.
+Vec3 evaluate(const Lobe& lobe, const ShadingPoint& at, Vec3 wo, Vec3 wi);
+// Density with which `sample` makes `sampled` from `given`.
+float pdf_solid_angle(const Lobe& lobe, const ShadingPoint& at, Vec3 given, Vec3 sampled);
+// A direction drawn from the lobe, given the other one.
+std::optional<BsdfSample> sample(const Lobe& lobe, const ShadingPoint& at, Vec3 given, const std::array<float, 3>& u, Transport transport);
+// About what share of the light from `given` the lobe scatters: the weight by which lobes are chosen.
+float estimated_albedo(const Lobe& lobe, const ShadingPoint& at, Vec3 given);
+
+// Reflectance of a smooth interface; `eta` is the index on the far side over that of the side of the given cosine.
+float fresnel_dielectric(float cos_theta, float eta);
+
+// Directional albedo of a rough reflector without absorption (or with the Fresnel factor of `ior`), tabulated over cosine and
+// roughness by quadrature. What is missing to 1 is what the single-scattering model loses (Kulla and Conty 2017).
+class AlbedoTable {
+ public:
+  explicit AlbedoTable(LobeType type, float ior);
+  float albedo(float cos_theta, float roughness) const;
+
+ private:
+  static constexpr int kSize = 16;
+  std::array<float, kSize * kSize> values_;
+};
+
+// GGX roughness below this acts as a mirror: the lobe is narrower than float directions resolve.
+inline constexpr float kSmallestAlpha = 1e-4f;
+
+}  // namespace sppm

@@ -1,0 +1,238 @@
+#include "camera_pass.h"
+
+#include "path.h"
+#include "sampling.h"
+
+namespace sppm {
+namespace {
+
+constexpr uint64_t kCameraStream = 0x63616d657261;  // tells a pixel's samples from a photon's
+
+class CameraPath {
+ public:
+  CameraPath(const Scene& scene, const PathSettings& settings, Sampler sampler, std::vector<Lobe>& lobes, RayCounts& counts)
+      : scene_(scene), settings_(settings), sampler_(sampler), lobes_(lobes), counts_(counts) {}
+
+  CameraSample follow(float pixel_x, float pixel_y) {
+    ray_ = first_ray(pixel_x, pixel_y);
+    for (uint32_t depth = 0; depth < settings_.max_depth;) {
+      const auto surface = trace();
+      if (!surface) break;
+      if (first_hit_) note_first_hit(*surface);
+      const bool last = depth + 1 == settings_.max_depth;
+      switch (scatter(*surface, last)) {
+        case Next::kEnd: return sample_;
+        case Next::kThrough:
+          if (++passes_ > kMostPasses) return sample_;
+          break;
+        case Next::kBounce: ++depth; camera_ray_ = false; break;
+      }
+    }
+    return sample_;
+  }
+
+ private:
+  enum class Next { kEnd, kThrough, kBounce };
+
+  Ray first_ray(float x, float y) {
+    const Sample4 u = sampler_.next();
+    const auto filtered = [&](float v) {
+      return settings_.box_filter ? (v - 0.5f) * settings_.filter_reach : sample_blackman_harris(v) * 2 * settings_.filter_reach;
+    };
+    return scene_.camera.ray(x + 0.5f + filtered(u[0]), y + 0.5f + filtered(u[1]), u.second());
+  }
+
+  // The next surface, after adding what the ray meets on its way: lamps, and environment or the surface's own light at its end.
+  std::optional<SurfacePoint> trace() {
+    ++counts_.camera;
+    const auto surface = scene_.intersect(ray_);
+    const float distance = surface ? dot(surface->p - ray_.origin, ray_.direction) : kInfinity;
+    const float near = since_scatter_;
+    since_scatter_ += distance;
+    const auto add = [&](const EmittedLight& light) {
+      sample_.direct += beta_ * light.radiance * (mis_pdf_ > 0 ? mis_weight(mis_pdf_, light.pdf_solid_angle) : 1.0f);
+    };
+    if (!camera_ray_) scene_.lights.visit_lamps(scattered_at_, ray_.direction, near, since_scatter_, add);
+    if (surface) {
+      sample_.point.path_length += distance;
+      add(scene_.emitted(*surface, -ray_.direction, since_scatter_));
+    } else {
+      if (camera_ray_) sample_.alpha = settings_.transparent_film ? 1 - std::min(1.0f, luminance(beta_)) : 1.0f;
+      if (!camera_ray_ || !settings_.transparent_film) scene_.lights.visit_infinite(ray_.direction, camera_ray_, add);
+    }
+    return surface;
+  }
+
+  void note_first_hit(const SurfacePoint& s) {
+    first_hit_ = false;
+    sample_.normal = face_toward(s.ns, -ray_.direction);
+    sample_.depth = scene_.camera.depth(s.p);
+  }
+
+  Next scatter(const SurfacePoint& s, bool last) {
+    const Vec3 wo = -ray_.direction;
+    const Vec3 transparency = scene_.transparency(s);
+    const Bsdf bsdf = scene_.bsdf(s);
+    const LobeChoice choice(bsdf, transparency, wo);
+    const Sample4 u = sampler_.next();
+    add_direct_light(s, bsdf, choice, wo, u);
+
+    float pick = u[3];
+    const int chosen = choice.choose(bsdf, pick);
+    if (chosen == LobeChoice::kNothing) return Next::kEnd;
+    if (chosen == LobeChoice::kThrough) {
+      beta_ *= transparency / choice.through;
+      ray_ = s.spawn(ray_.direction);
+      return Next::kThrough;
+    }
+    const Lobe& lobe = bsdf.lobes[chosen];
+    const float probability = choice.probability[static_cast<size_t>(chosen)];
+    const bool waits = lobe.diffuse() || (last && !lobe.smooth());
+    if (waits) make_visible_point(s, bsdf, lobe, wo, probability);
+    // Where the path waits for photons, its next direction still is the second half of direct light.
+    if (last && !waits) return Next::kEnd;
+    if (waits && !scene_.lights.can_be_met()) return Next::kEnd;
+    const Sample4 v = sampler_.next();
+    const auto next = sample(lobe, bsdf.at, wo, {v[0], v[1], v[2]}, Transport::kRadiance);
+    if (!next || is_black(next->weight)) return Next::kEnd;
+    beta_ *= next->weight / probability;
+    mis_pdf_ = next->smooth ? 0 : next->pdf_solid_angle * probability;
+    ray_ = s.spawn(next->direction);
+    scattered_at_ = ray_.origin;
+    since_scatter_ = 0;
+    camera_ray_ = false;
+    if (waits) {
+      finish_direct_light();
+      return Next::kEnd;
+    }
+    // Entering glass divides radiance by eta^2 and leaving multiplies it: not a reason to end a path.
+    if (dot(next->direction, s.ng) * dot(wo, s.ng) < 0) index_scale_ *= square(dot(wo, s.ng) > 0 ? lobe.ior : 1 / lobe.ior);
+    return survives(v[3]) ? Next::kBounce : Next::kEnd;
+  }
+
+  bool survives(float u) {
+    const float y = luminance(beta_) * index_scale_;
+    if (!(y > 0)) return false;
+    if (y >= 0.25f) return true;
+    if (u >= y) return false;
+    beta_ *= 1 / y;
+    return true;
+  }
+
+  // Direct light by a sample of the lights. Each rough lobe shares it with the direction that the path would take by that lobe.
+  void add_direct_light(const SurfacePoint& s, const Bsdf& bsdf, const LobeChoice& choice, Vec3 wo, const Sample4& u) {
+    bool rough = false;
+    for (const Lobe& lobe : bsdf) rough |= !lobe.smooth();
+    if (!rough) return;
+    const auto light = scene_.lights.sample_direct(s.p, u);
+    if (!light) return;
+    Vec3 f;
+    for (int i = 0; i < bsdf.count; ++i) {
+      const Lobe& lobe = bsdf.lobes[i];
+      const Vec3 value = evaluate(lobe, bsdf.at, wo, light->wi);
+      if (is_black(value)) continue;
+      const float other = choice.probability[static_cast<size_t>(i)] * pdf_solid_angle(lobe, bsdf.at, wo, light->wi);
+      f += value * (light->delta ? 1.0f : mis_weight(light->pdf, other));
+    }
+    if (is_black(f)) return;
+    Vec3 value = beta_ * f * light->radiance * (std::abs(dot(light->wi, bsdf.at.frame.n)) / light->pdf);
+    if (light->casts_shadow) {
+      Ray shadow = s.spawn(light->wi, light->distance);
+      // Short of the light, which may be a surface itself.
+      shadow.far = light->distance * (1 - 1e-4f) - s.offset;
+      value *= scene_.transmittance(shadow, counts_.shadow);
+    }
+    sample_.direct += value;
+  }
+
+  void finish_direct_light() {
+    for (int i = 0; i < kMostPasses; ++i) {
+      const auto surface = trace_from_visible_point();
+      if (!surface) return;
+      beta_ *= scene_.transparency(*surface);
+      if (is_black(beta_)) return;
+      ray_ = surface->spawn(ray_.direction);
+    }
+  }
+
+  std::optional<SurfacePoint> trace_from_visible_point() {
+    const float length = sample_.point.path_length;
+    const auto surface = trace();
+    sample_.point.path_length = length;
+    return surface;
+  }
+
+  void make_visible_point(const SurfacePoint& s, const Bsdf& bsdf, const Lobe& lobe, Vec3 wo, float probability) {
+    VisiblePoint& vp = sample_.point;
+    vp.p = s.p;
+    vp.wo = pack_direction(wo);
+    const Vec3 ng = face_toward(s.ng, wo);
+    vp.ng = pack_direction(ng);
+    vp.ns = pack_direction(face_toward(s.ns, ng));
+    vp.weight = beta_ / probability;
+    if (lobe.type == LobeType::kDiffuse) {
+      // Its f is the same for every photon: evaluated once, straight above.
+      vp.weight *= evaluate(lobe, bsdf.at, wo, face_toward(s.ng, wo));
+    } else {
+      vp.lobe = static_cast<uint32_t>(lobes_.size());
+      lobes_.push_back(lobe);
+    }
+  }
+
+  const Scene& scene_;
+  const PathSettings& settings_;
+  Sampler sampler_;
+  std::vector<Lobe>& lobes_;
+  RayCounts& counts_;
+
+  CameraSample sample_;
+  Ray ray_;
+  Vec3 beta_{1, 1, 1};
+  float index_scale_ = 1;    // takes the eta^2 out of beta again
+  float mis_pdf_ = 0;        // of the last scattered direction; 0: direct light had no part in it
+  Vec3 scattered_at_;        // where the ray got its direction
+  float since_scatter_ = 0;  // distance from there to where it has come
+  bool camera_ray_ = true, first_hit_ = true;
+  int passes_ = 0;
+};
+
+}  // namespace
+
+uint64_t CameraSamples::memory() const {
+  uint64_t bytes = pixels.capacity() * sizeof(CameraSample);
+  for (const auto& tile : lobes) bytes += tile.capacity() * sizeof(Lobe);
+  return bytes;
+}
+
+bool run_camera_pass(const Scene& scene, const PathSettings& settings, uint64_t iteration, const Threads& threads,
+                     const std::atomic<bool>& cancel, CameraSamples& samples, RayCounts& counts) {
+  const Camera& camera = scene.camera;
+  const uint64_t tiles_x = (camera.region_width + kTileSize - 1) / kTileSize;
+  const uint64_t tiles = tiles_x * ((camera.region_height + kTileSize - 1) / kTileSize);
+  samples.pixels.resize(camera.region_width * camera.region_height);
+  samples.lobes.resize(tiles);
+  std::vector<RayCounts> tile_counts(tiles);
+  threads.for_each(tiles, [&](uint64_t tile) {
+    samples.lobes[tile].clear();
+    if (cancel.load(std::memory_order_relaxed)) return;
+    const uint64_t x0 = tile % tiles_x * kTileSize, y0 = tile / tiles_x * kTileSize;
+    for (uint64_t y = y0; y < std::min(y0 + kTileSize, camera.region_height); ++y) {
+      for (uint64_t x = x0; x < std::min(x0 + kTileSize, camera.region_width); ++x) {
+        // Named by its place in the full image, so that a cropped render shows the same pixels.
+        const uint64_t px = x + camera.region_x, py = y + camera.region_y;
+        const Sampler sampler(hash64(settings.seed ^ kCameraStream, px << 32 | py), iteration);
+        CameraPath path(scene, settings, sampler, samples.lobes[tile], tile_counts[tile]);
+        CameraSample sample = path.follow(static_cast<float>(px), static_cast<float>(py));
+        if (!is_finite(sample.direct) || !is_finite(sample.point.weight) || !is_finite(sample.point.p)) {
+          sample = CameraSample{};
+          ++tile_counts[tile].dropped;
+        }
+        samples.pixels[y * camera.region_width + x] = sample;
+      }
+    }
+  });
+  for (const RayCounts& c : tile_counts) counts += c;
+  return !cancel.load();
+}
+
+}  // namespace sppm

@@ -1,0 +1,162 @@
+#include "film.h"
+
+namespace sppm {
+namespace {
+
+constexpr uint64_t kGrain = 1024;
+// First search radius in pixel footprints: about 28 photons where there is one a pixel.
+constexpr float kFirstRadius = 3;
+// Neighbouring photons belong to the same surface if its normal has turned by less than 45 degrees.
+constexpr float kSameSurface = 0.7f;
+// Positions carry about 24 bits; a search radius below a few of the last ones would select by rounding.
+constexpr float kSmallestRadiusUlps = 32 * 0x1p-23f;
+
+float smallest_radius(Vec3 p) { return std::max(kSmallestRadiusUlps * max_component(abs(p)), 1e-30f); }
+
+// Sums beta f over the photons within the radius of one visible point.
+class Gatherer {
+ public:
+  Gatherer(const VisiblePoint& vp, const Lobe* lobe)
+      : vp_(vp), lobe_(lobe), wo_(unpack_direction(vp.wo)),
+        at_{unpack_direction(vp.ng), Frame(unpack_direction(vp.ns))}, flat_(vp.ng == vp.ns) {}
+
+  void add(const Photon& photon) {
+    const Vec3 n = unpack_direction(photon.ng);
+    if (dot(n, at_.ng) < kSameSurface) return;
+    Vec3 value = photon.power;
+    if (!flat_ || lobe_) {
+      const Vec3 wi = unpack_direction(photon.wi);
+      const float shading = dot(wi, at_.frame.n), geometric = dot(wi, n);
+      if (shading <= 0 || geometric <= 0) return;
+      // Photons measure flux through the geometric surface; f goes with the shading normal's cosine (Veach 5.3).
+      value *= shading / geometric;
+      if (lobe_) value *= evaluate(*lobe_, at_, wo_, wi);
+    }
+    if (is_black(value * vp_.weight)) return;  // what adds nothing does not shrink the radius
+    sum_ += value;
+    ++count_;
+  }
+
+  Vec3 phi() const { return sum_ * vp_.weight; }
+  uint32_t count() const { return count_; }
+
+ private:
+  const VisiblePoint& vp_;
+  const Lobe* lobe_;
+  Vec3 wo_;
+  ShadingPoint at_;
+  bool flat_;
+  Vec3 sum_;
+  uint32_t count_ = 0;
+};
+
+}  // namespace
+
+Film::Film(uint64_t pixels, uint64_t passes) : pixels_(pixels) {
+  if (passes >> SPPM_PASS_DEPTH & 1) depth_.assign(pixels, 0);
+  if (passes >> SPPM_PASS_NORMAL & 1) normal_sum_.resize(pixels);
+}
+
+void Film::start_radii(const Camera& camera, const CameraSamples& samples, double initial_radius, const Threads& threads) {
+  threads.for_blocks(pixels_.size(), kGrain, [&](uint64_t begin, uint64_t end) {
+    for (uint64_t i = begin; i < end; ++i) {
+      const VisiblePoint& vp = samples.pixels[i].point;
+      if (!vp.valid() || pixels_[i].photons[0].radius > 0) continue;
+      const float wanted = initial_radius > 0 ? static_cast<float>(initial_radius) : kFirstRadius * camera.footprint(vp.path_length);
+      for (ProgressiveEstimate& e : pixels_[i].photons) e.radius = std::max(wanted, smallest_radius(vp.p));
+    }
+  });
+}
+
+void Film::announce(const CameraSamples& samples, PhotonMaps& maps, const Threads& threads) const {
+  for (size_t kind = 0; kind < kPhotonKinds; ++kind) {
+    maps[kind].reset(pixels_.size());
+    threads.for_blocks(pixels_.size(), kGrain, [&](uint64_t begin, uint64_t end) {
+      for (uint64_t i = begin; i < end; ++i)
+        if (samples.pixels[i].point.valid()) maps[kind].announce(samples.pixels[i].point.p, pixels_[i].photons[kind].radius);
+    });
+  }
+}
+
+void Film::gather(const CameraSamples& samples, const PhotonMaps& maps, uint64_t width, const Threads& threads,
+                  std::vector<Found>& found) const {
+  found.resize(pixels_.size());
+  const uint64_t tiles_x = (width + kTileSize - 1) / kTileSize, height = pixels_.size() / width;
+  threads.for_each(tiles_x * ((height + kTileSize - 1) / kTileSize), [&](uint64_t tile) {
+    const uint64_t x0 = tile % tiles_x * kTileSize, y0 = tile / tiles_x * kTileSize;
+    for (uint64_t y = y0; y < std::min(y0 + kTileSize, height); ++y) {
+      for (uint64_t x = x0; x < std::min(x0 + kTileSize, width); ++x) {
+        const uint64_t i = y * width + x;
+        const VisiblePoint& vp = samples.pixels[i].point;
+        found[i] = {};
+        if (!vp.valid()) continue;
+        const Lobe* lobe = vp.lobe == VisiblePoint::kLambert ? nullptr : &samples.lobes[tile][vp.lobe];
+        for (size_t kind = 0; kind < kPhotonKinds; ++kind) {
+          Gatherer gatherer(vp, lobe);
+          maps[kind].visit_within(vp.p, pixels_[i].photons[kind].radius, [&](const Photon& photon) { gatherer.add(photon); });
+          found[i].phi[kind] = gatherer.phi();
+          found[i].count[kind] = gatherer.count();
+        }
+      }
+    }
+  });
+}
+
+void Film::update(const CameraSamples& samples, const std::vector<Found>& found, double gamma, const Threads& threads) {
+  const bool first = updates_++ == 0;
+  threads.for_blocks(pixels_.size(), kGrain, [&](uint64_t begin, uint64_t end) {
+    for (uint64_t i = begin; i < end; ++i) {
+      const CameraSample& sample = samples.pixels[i];
+      Pixel& pixel = pixels_[i];
+      pixel.direct[0] += static_cast<double>(sample.direct.x);
+      pixel.direct[1] += static_cast<double>(sample.direct.y);
+      pixel.direct[2] += static_cast<double>(sample.direct.z);
+      pixel.alpha += static_cast<double>(sample.alpha);
+      if (first && !depth_.empty()) depth_[i] = sample.depth;
+      if (!normal_sum_.empty()) normal_sum_[i] += sample.normal;
+      if (!sample.point.valid()) continue;
+      for (size_t kind = 0; kind < kPhotonKinds; ++kind)
+        pixel.photons[kind].update(found[i].count[kind], found[i].phi[kind], gamma, smallest_radius(sample.point.p));
+    }
+  });
+}
+
+uint32_t Film::channels(SppmPass pass) {
+  switch (pass) {
+    case SPPM_PASS_COMBINED: return 4;
+    case SPPM_PASS_DEPTH:
+    case SPPM_PASS_RADIUS:
+    case SPPM_PASS_PHOTONS: return 1;
+    default: return 3;
+  }
+}
+
+void Film::read(SppmPass pass, uint64_t iterations, uint64_t emitted, float* out) const {
+  const double scale = iterations > 0 ? 1 / static_cast<double>(iterations) : 0;
+  const auto put = [&](Vec3 c) { *out++ = c.x, *out++ = c.y, *out++ = c.z; };
+  for (uint64_t i = 0; i < pixels_.size(); ++i) {
+    const Pixel& p = pixels_[i];
+    const auto direct = [&] {
+      return Vec3{static_cast<float>(p.direct[0] * scale), static_cast<float>(p.direct[1] * scale), static_cast<float>(p.direct[2] * scale)};
+    };
+    const auto& caustic = p.photons[kCaustic];
+    const auto& indirect = p.photons[kIndirect];
+    switch (pass) {
+      case SPPM_PASS_COMBINED:
+        put(direct() + caustic.radiance(emitted) + indirect.radiance(emitted));
+        *out++ = static_cast<float>(p.alpha * scale);
+        break;
+      case SPPM_PASS_DEPTH: *out++ = depth_.empty() ? 0 : depth_[i]; break;
+      case SPPM_PASS_NORMAL: put(normal_sum_.empty() ? Vec3{} : normal_sum_[i] * static_cast<float>(scale)); break;
+      case SPPM_PASS_DIRECT: put(direct()); break;
+      case SPPM_PASS_INDIRECT: put(indirect.radiance(emitted)); break;
+      case SPPM_PASS_CAUSTICS: put(caustic.radiance(emitted)); break;
+      case SPPM_PASS_RADIUS: *out++ = caustic.count > 0 ? caustic.radius : indirect.radius; break;
+      default: *out++ = static_cast<float>(caustic.count + indirect.count);
+    }
+  }
+}
+
+uint64_t Film::memory() const { return pixels_.size() * sizeof(Pixel) + depth_.size() * 4 + normal_sum_.size() * 12; }
+
+}  // namespace sppm

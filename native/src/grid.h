@@ -1,0 +1,103 @@
+// Cells that hold points, for finding those within a radius. Knows positions and radii and nothing about light.
+//
+// Radii differ by orders of magnitude over a picture, so cells come in levels, each twice as wide as the one before, and a query
+// of radius r looks only at the level whose cells are 2.5 to 5 r wide: it meets at most 8 of them. Points are stored at each level
+// at which some query announced that it will look there (Occupancy). Cells are hashed; the stored tag tells aliases apart.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "parallel.h"
+#include "sampling.h"
+#include "vecmath.h"
+
+namespace sppm {
+
+// A cell of a level, hashed to 64 bits: the high bits choose a slot, the low ones are the tag.
+using CellKey = uint64_t;
+
+inline constexpr int kLevelBias = 64, kLevels = 128;
+
+// Level for queries of radius r: its cells are 2^(level - kLevelBias) metres wide.
+inline int grid_level(float radius) {
+  int exponent = 0;
+  std::frexp(2.5f * radius, &exponent);
+  return std::clamp(exponent + kLevelBias, 0, kLevels - 1);
+}
+
+inline float cell_width(int level) { return std::ldexp(1.0f, level - kLevelBias); }
+
+inline CellKey cell_key(int64_t x, int64_t y, int64_t z, int level) {
+  return hash64(hash64(static_cast<uint64_t>(x) * 0x9e3779b97f4a7c15u + static_cast<uint64_t>(y)) +
+                static_cast<uint64_t>(z) * kLevels + static_cast<uint64_t>(level));
+}
+
+inline int64_t cell_index(float x, float inverse_width) { return static_cast<int64_t>(std::floor(x * inverse_width)); }
+
+inline CellKey cell_key_at(Vec3 p, int level) {
+  const float inverse = 1 / cell_width(level);
+  return cell_key(cell_index(p.x, inverse), cell_index(p.y, inverse), cell_index(p.z, inverse), level);
+}
+
+// Calls visit(CellKey) for the cells that a ball meets.
+template <typename Visit>
+void visit_cells(Vec3 p, float radius, Visit visit) {
+  const int level = grid_level(radius);
+  const float inverse = 1 / cell_width(level);
+  const Vec3 lo = p - splat(radius), hi = p + splat(radius);
+  const int64_t x1 = cell_index(hi.x, inverse), y1 = cell_index(hi.y, inverse), z1 = cell_index(hi.z, inverse);
+  for (int64_t z = cell_index(lo.z, inverse); z <= z1; ++z)
+    for (int64_t y = cell_index(lo.y, inverse); y <= y1; ++y)
+      for (int64_t x = cell_index(lo.x, inverse); x <= x1; ++x) visit(cell_key(x, y, z, level));
+}
+
+// Which cells queries will look at. Marking may run in parallel: the result does not depend on the order.
+class Occupancy {
+ public:
+  // Forgets all marks; room for about `queries` balls.
+  void reset(uint64_t queries);
+  void mark(Vec3 p, float radius);
+  // Calls visit(CellKey) for every marked cell around p, at most one a level. Aliases may add some that nobody needs.
+  template <typename Visit>
+  void visit_marked(Vec3 p, Visit visit) const {
+    for (int word = 0; word < 2; ++word)
+      for (uint64_t levels = levels_[word].load(std::memory_order_relaxed); levels != 0; levels &= levels - 1) {
+        const CellKey key = cell_key_at(p, word * 64 + __builtin_ctzll(levels));
+        if (bits_[key >> shift_].load(std::memory_order_relaxed) >> (key & 63) & 1) visit(key);
+      }
+  }
+  uint64_t memory() const { return words_ * 8; }
+
+ private:
+  std::unique_ptr<std::atomic<uint64_t>[]> bits_;
+  uint64_t words_ = 0;
+  int shift_ = 63;
+  std::atomic<uint64_t> levels_[2] = {};
+};
+
+// Sorts keys into slots, stably, so that what shares a cell is contiguous and in its first order.
+class Grid {
+ public:
+  void build(std::span<const CellKey> keys, const Threads& threads);
+
+  // Position i of the sorted order holds element order()[i] of `keys`.
+  std::span<const uint32_t> order() const { return order_; }
+  // Range of the sorted order that holds the cell, and perhaps others: compare tags.
+  std::pair<uint32_t, uint32_t> range(CellKey key) const {
+    const size_t slot = key >> shift_;
+    return {starts_[slot], starts_[slot + 1]};
+  }
+  bool empty() const { return order_.empty(); }
+  uint64_t memory() const { return (order_.capacity() + bucketed_.capacity() + starts_.capacity()) * 4; }
+
+ private:
+  std::vector<uint32_t> order_, bucketed_, starts_;
+  int shift_ = 63;
+};
+
+inline uint32_t cell_tag(CellKey key) { return static_cast<uint32_t>(key); }
+
+}  // namespace sppm

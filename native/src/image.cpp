@@ -1,0 +1,113 @@
+#include "image.h"
+
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfOutputFile.h>
+#include <ImfStringAttribute.h>
+
+#include <array>
+#include <cstdio>
+
+#include "color.h"
+#include "status.h"
+
+namespace sppm {
+namespace {
+
+const std::array<float, 256> kSrgbBytes = [] {
+  std::array<float, 256> table{};
+  for (int i = 0; i < 256; ++i) table[i] = srgb_to_linear(static_cast<float>(i) / 255);
+  return table;
+}();
+
+// The texel that index i stands for under the extension rule, or -1 where there is none.
+int64_t extend(int64_t i, int64_t size, SppmExtension extension) {
+  if (i >= 0 && i < size) return i;
+  switch (extension) {
+    case SPPM_EXTEND: return std::clamp<int64_t>(i, 0, size - 1);
+    case SPPM_CLIP: return -1;
+    case SPPM_MIRROR: {
+      const int64_t k = ((i % (2 * size)) + 2 * size) % (2 * size);
+      return k < size ? k : 2 * size - 1 - k;
+    }
+    default: return ((i % size) + size) % size;
+  }
+}
+
+}  // namespace
+
+Image::Image(const SppmImageDesc& desc)
+    : width_(static_cast<int64_t>(desc.width)), height_(static_cast<int64_t>(desc.height)), srgb_(desc.encoding == SPPM_SRGB) {
+  const std::string name = desc.name ? desc.name : "";
+  require(desc.width > 0 && desc.height > 0 && desc.width <= 1u << 16 && desc.height <= 1u << 16,
+          "image '" + name + "': width and height must be 1 to 65536");
+  require((desc.pixels != nullptr) != (desc.pixels_u8 != nullptr), "image '" + name + "': give either pixels or pixels_u8");
+  require(desc.encoding <= SPPM_SRGB, "image '" + name + "': encoding must be an SppmColorEncoding");
+  const size_t count = static_cast<size_t>(width_ * height_ * 4);
+  if (desc.pixels_u8) {
+    bytes_.assign(desc.pixels_u8, desc.pixels_u8 + count);
+    return;
+  }
+  floats_.assign(desc.pixels, desc.pixels + count);
+  for (size_t i = 0; i < count; ++i) {
+    require(std::isfinite(floats_[i]), "image '" + name + "': a pixel is not finite");
+    if (srgb_ && i % 4 != 3) floats_[i] = srgb_to_linear(floats_[i]);
+  }
+}
+
+Rgba Image::texel(int64_t x, int64_t y) const {
+  const size_t i = static_cast<size_t>((y * width_ + x) * 4);
+  if (bytes_.empty()) return {{floats_[i], floats_[i + 1], floats_[i + 2]}, floats_[i + 3]};
+  const auto decode = [&](uint8_t b) { return srgb_ ? kSrgbBytes[b] : static_cast<float>(b) / 255; };
+  return {{decode(bytes_[i]), decode(bytes_[i + 1]), decode(bytes_[i + 2])}, static_cast<float>(bytes_[i + 3]) / 255};
+}
+
+Rgba Image::sample(Vec2 uv, SppmInterpolation interpolation, SppmExtension extension) const {
+  // Beyond this the float has no fraction left, and the conversion to an index would overflow.
+  const auto bounded = [](float a) { return std::isfinite(a) ? std::clamp(a, -1e6f, 1e6f) : 0.0f; };
+  const float x = bounded(uv.x) * static_cast<float>(width_), y = bounded(uv.y) * static_cast<float>(height_);
+  const auto fetch = [&](int64_t i, int64_t j) -> Rgba {
+    i = extend(i, width_, extension), j = extend(j, height_, extension);
+    if (i < 0 || j < 0) return {{}, 0};
+    return texel(i, j);
+  };
+  if (interpolation == SPPM_CLOSEST) return fetch(static_cast<int64_t>(std::floor(x)), static_cast<int64_t>(std::floor(y)));
+  const float fx = std::floor(x - 0.5f), fy = std::floor(y - 0.5f);
+  const int64_t i = static_cast<int64_t>(fx), j = static_cast<int64_t>(fy);
+  const float s = x - 0.5f - fx, t = y - 0.5f - fy;
+  const Rgba a = fetch(i, j), b = fetch(i + 1, j), c = fetch(i, j + 1), d = fetch(i + 1, j + 1);
+  return {lerp(lerp(a.color, b.color, s), lerp(c.color, d.color, s), t),
+          (a.alpha * (1 - s) + b.alpha * s) * (1 - t) + (c.alpha * (1 - s) + d.alpha * s) * t};
+}
+
+void write_exr(const std::string& path, int64_t width, int64_t height, const std::vector<ExrChannel>& channels,
+               const std::vector<std::pair<std::string, std::string>>& metadata) {
+  // Written beside the target and renamed, so that a reader never sees half a file and a failure keeps the last good one.
+  const std::string partial = path + ".part";
+  try {
+    Imf::Header header(static_cast<int>(width), static_cast<int>(height));
+    header.compression() = Imf::ZIP_COMPRESSION;
+    for (const auto& [key, value] : metadata) header.insert(key, Imf::StringAttribute(value));
+    Imf::FrameBuffer frame;
+    for (const ExrChannel& channel : channels) {
+      header.channels().insert(channel.name, Imf::Channel(Imf::FLOAT));
+      const auto pixel = static_cast<std::ptrdiff_t>(channel.stride * sizeof(float));
+      const std::ptrdiff_t row = pixel * width;
+      char* top = const_cast<char*>(reinterpret_cast<const char*>(channel.first)) + row * (height - 1);
+      frame.insert(channel.name, Imf::Slice(Imf::FLOAT, top, static_cast<size_t>(pixel), static_cast<size_t>(-row)));
+    }
+    Imf::OutputFile file(partial.c_str(), header);
+    file.setFrameBuffer(frame);
+    file.writePixels(static_cast<int>(height));
+  } catch (const std::exception& e) {
+    std::remove(partial.c_str());
+    throw Error(SPPM_IO_ERROR, "cannot write '" + path + "': " + e.what());
+  }
+  if (std::rename(partial.c_str(), path.c_str()) != 0) {
+    std::remove(partial.c_str());
+    throw Error(SPPM_IO_ERROR, "cannot replace '" + path + "'");
+  }
+}
+
+}  // namespace sppm

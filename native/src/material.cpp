@@ -1,0 +1,105 @@
+#include "material.h"
+
+#include <cstring>
+
+#include "status.h"
+
+namespace sppm {
+namespace {
+
+LobeType lobe_type(SppmClosureType type, uint32_t flags) {
+  switch (type) {
+    case SPPM_DIFFUSE: return flags & SPPM_CLOSURE_RETRO ? LobeType::kRetroDiffuse : LobeType::kDiffuse;
+    case SPPM_DIELECTRIC: return flags & SPPM_CLOSURE_REFRACTION_ONLY ? LobeType::kRefraction : LobeType::kDielectric;
+    case SPPM_CONDUCTOR: return LobeType::kConductor;
+    default: return LobeType::kCoat;
+  }
+}
+
+bool scatters(SppmClosureType type) { return type != SPPM_TRANSPARENT && type != SPPM_EMISSION; }
+
+}  // namespace
+
+Param Materials::param(const SppmParam& desc, const std::string& where, float largest) const {
+  for (const float v : desc.value)
+    require(std::isfinite(v) && v >= 0 && v <= largest,
+            where + " is " + std::to_string(v) + ", must be finite and from 0 to " + std::to_string(largest));
+  require(desc.texture <= textures_->count(), where + ": texture " + std::to_string(desc.texture) + " is not of this scene");
+  return {{desc.value[0], desc.value[1], desc.value[2]}, desc.texture};
+}
+
+const AlbedoTable* Materials::table(LobeType type, float ior) {
+  auto& slot = tables_[{type, ior}];
+  if (!slot) slot = std::make_unique<AlbedoTable>(type, ior);
+  return slot.get();
+}
+
+uint32_t Materials::add(const SppmMaterialDesc& desc) {
+  const std::string name = std::string("material '") + (desc.name ? desc.name : "") + "'";
+  require(desc.closure_count <= kMaxClosures, name + ": closure_count must be at most 16");
+  require(desc.closure_count == 0 || desc.closures, name + ": closures is null");
+  Material material;
+  for (uint64_t i = 0; i < desc.closure_count; ++i) {
+    const SppmClosureDesc& c = desc.closures[i];
+    const std::string where = name + " closure " + std::to_string(i);
+    require(c.struct_size == sizeof(SppmClosureDesc), where + ": struct_size is wrong");
+    require(c.type >= SPPM_DIFFUSE && c.type <= SPPM_EMISSION, where + ": type must be an SppmClosureType");
+    const auto type = static_cast<SppmClosureType>(c.type);
+    constexpr float kLargest = 1e30f;
+    Closure closure{type, c.flags, param(c.weight, where + " weight", kLargest), param(c.color, where + " color", kLargest),
+                    param(c.color2, where + " color2", kLargest), param(c.roughness, where + " roughness", 1), c.ior};
+    const bool has_ior = type == SPPM_DIELECTRIC || type == SPPM_COAT;
+    require(!has_ior || (std::isfinite(c.ior) && c.ior > 0), where + ": ior must be finite and above 0");
+    if (c.flags & SPPM_CLOSURE_PRESERVE_ENERGY && type != SPPM_DIFFUSE && scatters(type))
+      closure.multiple_scattering =
+          type == SPPM_DIELECTRIC ? table(lobe_type(type, c.flags), c.ior) : table(LobeType::kConductor, 1);
+    if (type == SPPM_COAT && c.flags & SPPM_CLOSURE_ATTENUATE) closure.cover = table(LobeType::kCoat, c.ior);
+    material.emits |= type == SPPM_EMISSION;
+    material.transparent |= type == SPPM_TRANSPARENT;
+    material.specular |= type == SPPM_DIELECTRIC || type == SPPM_CONDUCTOR || type == SPPM_COAT;
+    material.textured |= closure.weight.texture || closure.color.texture || closure.color2.texture || closure.roughness.texture;
+    material.closures.push_back(closure);
+  }
+  materials_.push_back(std::move(material));
+  return static_cast<uint32_t>(materials_.size());
+}
+
+void Materials::lobes(uint32_t id, const SurfaceAttributes& at, Bsdf& bsdf) const {
+  const AlbedoTable* cover = nullptr;
+  float cover_roughness = 0;
+  for (const Closure& c : materials_[id - 1].closures) {
+    if (!scatters(c.type)) continue;
+    const Vec3 weight = max(c.weight.color(*textures_, at), {});
+    const float roughness = std::clamp(c.roughness.scalar(*textures_, at), 0.0f, 1.0f);
+    if (!is_black(weight)) {
+      Lobe& lobe = bsdf.lobes[bsdf.count++];
+      lobe.type = lobe_type(c.type, c.flags);
+      lobe.weight = weight;
+      lobe.color = max(c.color.color(*textures_, at), {});
+      lobe.color2 = max(c.color2.color(*textures_, at), {});
+      lobe.roughness = roughness;
+      lobe.alpha = lobe.diffuse() || square(roughness) < kSmallestAlpha ? 0 : square(roughness);
+      lobe.ior = c.ior;
+      lobe.multiple_scattering = lobe.alpha > 0 ? c.multiple_scattering : nullptr;
+      lobe.cover = cover;
+      lobe.cover_roughness = cover_roughness;
+    }
+    if (c.cover && !is_black(weight)) cover = c.cover, cover_roughness = roughness;
+  }
+}
+
+Vec3 Materials::emission(uint32_t id, const SurfaceAttributes& at) const {
+  Vec3 sum;
+  for (const Closure& c : materials_[id - 1].closures)
+    if (c.type == SPPM_EMISSION) sum += max(c.weight.color(*textures_, at) * c.color.color(*textures_, at), {});
+  return sum;
+}
+
+Vec3 Materials::transparency(uint32_t id, const SurfaceAttributes& at) const {
+  Vec3 sum;
+  for (const Closure& c : materials_[id - 1].closures)
+    if (c.type == SPPM_TRANSPARENT) sum += max(c.weight.color(*textures_, at) * c.color.color(*textures_, at), {});
+  return sum;
+}
+
+}  // namespace sppm

@@ -1,0 +1,66 @@
+// Materials: closures whose parameters may be textured, and the lobes they give at a surface point.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "bsdf.h"
+#include "sppm/sppm.h"
+#include "texture.h"
+
+namespace sppm {
+
+inline constexpr int kMaxClosures = 16;
+
+// The scattering of one surface point.
+struct Bsdf {
+  ShadingPoint at;
+  std::array<Lobe, kMaxClosures> lobes;
+  int count = 0;
+
+  const Lobe* begin() const { return lobes.data(); }
+  const Lobe* end() const { return lobes.data() + count; }
+};
+
+class Materials {
+ public:
+  explicit Materials(const Textures* textures) : textures_(textures) {}
+  uint32_t add(const SppmMaterialDesc& desc);  // id from 1; throws Error
+
+  size_t count() const { return materials_.size(); }
+  // Adds the lobes of `material` to an empty `bsdf` whose `at` is set.
+  void lobes(uint32_t material, const SurfaceAttributes& at, Bsdf& bsdf) const;
+  // Radiance that leaves toward either side.
+  Vec3 emission(uint32_t material, const SurfaceAttributes& at) const;
+  // What goes straight through.
+  Vec3 transparency(uint32_t material, const SurfaceAttributes& at) const;
+
+  bool emits(uint32_t material) const { return materials_[material - 1].emits; }
+  bool transparent(uint32_t material) const { return materials_[material - 1].transparent; }
+  bool specular(uint32_t material) const { return materials_[material - 1].specular; }
+  bool textured(uint32_t material) const { return materials_[material - 1].textured; }
+
+ private:
+  struct Closure {
+    SppmClosureType type;
+    uint32_t flags;
+    Param weight, color, color2, roughness;
+    float ior;
+    const AlbedoTable* multiple_scattering = nullptr;
+    const AlbedoTable* cover = nullptr;  // of a coat, for what lies below
+  };
+  struct Material {
+    std::vector<Closure> closures;
+    bool emits = false, transparent = false, specular = false, textured = false;
+  };
+  Param param(const SppmParam& desc, const std::string& where, float largest) const;
+  const AlbedoTable* table(LobeType type, float ior);
+
+  const Textures* textures_;
+  std::vector<Material> materials_;
+  std::map<std::pair<LobeType, float>, std::unique_ptr<AlbedoTable>> tables_;
+};
+
+}  // namespace sppm

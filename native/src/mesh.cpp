@@ -1,0 +1,78 @@
+#include "mesh.h"
+
+#include "status.h"
+
+namespace sppm {
+namespace {
+
+using Triples = std::vector<std::array<uint32_t, 3>>;
+
+Triples copy_triples(const uint32_t* data, uint64_t count, uint64_t limit, const std::string& what) {
+  Triples triples(count);
+  for (uint64_t i = 0; i < count; ++i)
+    for (size_t k = 0; k < 3; ++k) {
+      const uint32_t value = data[3 * i + k];
+      require(value < limit, what + " of triangle " + std::to_string(i) + " is " + std::to_string(value) + ", must be below " +
+                                 std::to_string(limit));
+      triples[i][k] = value;
+    }
+  return triples;
+}
+
+// A zero or non-finite normal cannot be used; (0, 0, 1) with the consistency test of shading is no worse than what was given.
+PackedDirection pack_safely(const float* n) {
+  const Vec3 v{n[0], n[1], n[2]};
+  const float l = length(v);
+  return pack_direction(std::isfinite(l) && l > 0 ? v / l : Vec3{0, 0, 1});
+}
+
+}  // namespace
+
+Mesh::Mesh(const SppmMeshDesc& desc) : name(desc.name ? desc.name : "") {
+  const std::string where = "mesh '" + name + "': ";
+  constexpr uint64_t kLimit = uint64_t{1} << 31;
+  require(desc.vertex_count < kLimit && desc.triangle_count < kLimit && desc.corner_count < uint64_t{1} << 32,
+          where + "more than 2^31 vertices or triangles");
+  require(desc.triangle_count > 0, where + "triangle_count is 0");
+  require(desc.positions && desc.indices, where + "positions or indices is null");
+  positions.resize(desc.vertex_count + 1);  // Embree reads 16 bytes at each vertex: one spare at the end
+  for (uint64_t i = 0; i < desc.vertex_count; ++i) {
+    positions[i] = {desc.positions[3 * i], desc.positions[3 * i + 1], desc.positions[3 * i + 2]};
+    require(is_finite(positions[i]), where + "vertex " + std::to_string(i) + " is not finite");
+  }
+  indices = copy_triples(desc.indices, desc.triangle_count, desc.vertex_count, where + "indices");
+  if (desc.corner_normals || desc.corner_uvs || desc.corner_colors) {
+    require(desc.corners, where + "corner attributes need corners");
+    corners = copy_triples(desc.corners, desc.triangle_count, desc.corner_count, where + "corners");
+  }
+  if (desc.corner_normals) {
+    normals.resize(desc.corner_count);
+    for (uint64_t i = 0; i < desc.corner_count; ++i) normals[i] = pack_safely(desc.corner_normals + 3 * i);
+  }
+  if (desc.corner_uvs) {
+    uvs.resize(desc.corner_count);
+    for (uint64_t i = 0; i < desc.corner_count; ++i) uvs[i] = {desc.corner_uvs[2 * i], desc.corner_uvs[2 * i + 1]};
+  }
+  if (desc.corner_colors) {
+    colors.resize(desc.corner_count);
+    for (uint64_t i = 0; i < desc.corner_count; ++i) {
+      colors[i] = {desc.corner_colors[3 * i], desc.corner_colors[3 * i + 1], desc.corner_colors[3 * i + 2]};
+      require(is_finite(colors[i]), where + "colour of corner " + std::to_string(i) + " is not finite");
+    }
+  }
+  if (desc.material_slots) {
+    slots.resize(desc.triangle_count);
+    for (uint64_t i = 0; i < desc.triangle_count; ++i) {
+      require(desc.material_slots[i] <= 0xffff, where + "a material slot is above 65535");
+      slots[i] = static_cast<uint16_t>(desc.material_slots[i]);
+      slot_count = std::max(slot_count, slots[i] + 1u);
+    }
+  }
+}
+
+uint64_t Mesh::memory() const {
+  return positions.size() * sizeof(Vec3) + (indices.size() + corners.size()) * 12 + normals.size() * 4 + uvs.size() * 8 +
+         colors.size() * 12 + slots.size() * 2;
+}
+
+}  // namespace sppm

@@ -1,0 +1,31 @@
+// Triangle meshes with the attributes of their corners.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "sppm/sppm.h"
+#include "vecmath.h"
+
+namespace sppm {
+
+struct Mesh {
+  explicit Mesh(const SppmMeshDesc& desc);  // copies; throws Error naming the mesh, the array and the index
+
+  std::string name;
+  std::vector<Vec3> positions;  // and one unused at the end, for readers of 16 bytes
+  std::vector<std::array<uint32_t, 3>> indices;
+  std::vector<std::array<uint32_t, 3>> corners;  // empty without corner attributes
+  std::vector<PackedDirection> normals;          // per corner; empty: flat
+  std::vector<Vec2> uvs;
+  std::vector<Vec3> colors;
+  std::vector<uint16_t> slots;  // empty: all 0
+  uint32_t slot_count = 1;
+
+  uint32_t slot(uint32_t triangle) const { return slots.empty() ? 0 : slots[triangle]; }
+  uint64_t memory() const;
+};
+
+}  // namespace sppm

@@ -1,0 +1,53 @@
+// What camera paths and photon paths do alike at a surface: choose one of its lobes, or to go straight through.
+#pragma once
+
+#include <array>
+
+#include "color.h"
+#include "scene.h"
+
+namespace sppm {
+
+// Straight passes through transparent surfaces before a path is given up.
+inline constexpr int kMostPasses = 256;
+
+// Probabilities with which a path goes on.
+struct LobeChoice {
+  std::array<float, kMaxClosures> probability{};
+  float through = 0;  // straight on
+
+  LobeChoice(const Bsdf& bsdf, Vec3 transparency, Vec3 from) {
+    through = luminance(transparency);
+    float sum = through;
+    for (int i = 0; i < bsdf.count; ++i) sum += probability[i] = estimated_albedo(bsdf.lobes[i], bsdf.at, from);
+    if (!(sum > 0)) {
+      through = 0;
+      return;
+    }
+    for (int i = 0; i < bsdf.count; ++i) probability[i] /= sum;
+    through /= sum;
+  }
+
+  static constexpr int kThrough = -1, kNothing = -2;
+  // Lobe for u in [0, 1), which becomes fresh again; kThrough, or kNothing where light is only absorbed.
+  int choose(const Bsdf& bsdf, float& u) const {
+    if (u < through) {
+      u /= through;
+      return kThrough;
+    }
+    float below = through;
+    int last = kNothing;
+    for (int i = 0; i < bsdf.count; ++i) {
+      if (!(probability[i] > 0)) continue;
+      last = i;
+      if (u < below + probability[i]) {
+        u = std::min((u - below) / probability[i], 0x1.fffffep-1f);
+        return i;
+      }
+      below += probability[i];
+    }
+    return last;
+  }
+};
+
+}  // namespace sppm

@@ -1,0 +1,140 @@
+#include "photon_pass.h"
+
+#include "path.h"
+#include "sampling.h"
+
+namespace sppm {
+namespace {
+
+constexpr uint64_t kPhotonStream = 0x70686f746f6e;
+constexpr uint64_t kBlock = 4096;
+
+void store(PhotonMap::Block& block, const PhotonMap& map, const Photon& photon) {
+  const size_t before = block.keys.size();
+  map.occupancy().visit_marked(photon.p, [&](CellKey key) { block.keys.push_back(key); });
+  if (block.keys.size() == before) return;
+  block.owners.resize(block.keys.size(), static_cast<uint32_t>(block.photons.size()));
+  block.photons.push_back(photon);
+}
+
+class PhotonPath {
+ public:
+  PhotonPath(const Scene& scene, const PathSettings& settings, const PhotonMaps& maps, std::array<PhotonMap::Block*, kPhotonKinds> blocks,
+             RayCounts& counts)
+      : scene_(scene), settings_(settings), maps_(maps), blocks_(blocks), counts_(counts) {}
+
+  void follow(Sampler sampler) const {
+    const Sample4 u = sampler.next(), v = sampler.next();
+    const auto start = scene_.lights.emit(u, v);
+    if (!start) return;
+    Vec3 beta = start->weight;
+    Ray ray{start->origin, start->direction};
+    if (!is_black(start->normal)) ray.origin += start->normal * (64 * 0x1p-23f * max_component(abs(start->origin)));
+    PhotonKind kind = kCaustic;
+    int passes = 0;
+    for (uint32_t depth = 0; depth < settings_.max_depth;) {
+      ++counts_.photon;
+      const auto surface = scene_.intersect(ray);
+      if (!surface) return;
+      const Vec3 wi = -ray.direction;
+      const Bsdf bsdf = scene_.bsdf(*surface);
+      if (depth > 0) deposit(*surface, bsdf, beta, wi, kind);  // the first hit is direct light
+      const Vec3 transparency = scene_.transparency(*surface);
+      const LobeChoice choice(bsdf, transparency, wi);
+      const Sample4 w = sampler.next();
+      float pick = w[3];
+      const int chosen = choice.choose(bsdf, pick);
+      if (chosen == LobeChoice::kNothing) return;
+      if (chosen == LobeChoice::kThrough) {
+        if (++passes > kMostPasses) return;
+        beta *= transparency / choice.through;
+        ray = surface->spawn(ray.direction);
+        continue;
+      }
+      const Lobe& lobe = bsdf.lobes[chosen];
+      const auto next = sample(lobe, bsdf.at, wi, {w[0], w[1], w[2]}, Transport::kPhoton);
+      if (!next) return;
+      // Absorption ends paths rather than thinning them: those that go on keep their luminance.
+      const Vec3 scattered = beta * next->weight / choice.probability[static_cast<size_t>(chosen)];
+      const float before = luminance(beta), after = luminance(scattered);
+      if (!(after > 0)) return;
+      const float survival = std::min(1.0f, after / before);
+      if (pick >= survival) return;
+      beta = scattered / survival;
+      if (lobe.diffuse()) kind = kIndirect;
+      ray = surface->spawn(next->direction);
+      ++depth;
+    }
+  }
+
+ private:
+  void deposit(const SurfacePoint& s, const Bsdf& bsdf, Vec3 beta, Vec3 wi, PhotonKind kind) const {
+    bool rough = false;
+    for (const Lobe& lobe : bsdf) rough |= !lobe.smooth();
+    if (!rough) return;
+    if (!is_finite(beta)) {
+      ++counts_.dropped;
+      return;
+    }
+    store(*blocks_[kind], maps_[kind], {s.p, beta, pack_direction(wi), pack_direction(face_toward(s.ng, wi))});
+  }
+
+  const Scene& scene_;
+  const PathSettings& settings_;
+  const PhotonMaps& maps_;
+  std::array<PhotonMap::Block*, kPhotonKinds> blocks_;
+  RayCounts& counts_;
+};
+
+}  // namespace
+
+void PhotonMap::build(std::vector<Block>& blocks, const Threads& threads) {
+  std::vector<uint64_t> key_start(blocks.size() + 1, 0), photon_start(blocks.size() + 1, 0);
+  for (size_t b = 0; b < blocks.size(); ++b) {
+    key_start[b + 1] = key_start[b] + blocks[b].keys.size();
+    photon_start[b + 1] = photon_start[b] + blocks[b].photons.size();
+  }
+  const uint64_t n = key_start.back();
+  keys_.resize(n);
+  std::vector<const Photon*> photons(n);
+  threads.for_each(blocks.size(), [&](uint64_t b) {
+    for (size_t i = 0; i < blocks[b].keys.size(); ++i) {
+      keys_[key_start[b] + i] = blocks[b].keys[i];
+      photons[key_start[b] + i] = &blocks[b].photons[blocks[b].owners[i]];
+    }
+  });
+  grid_.build(keys_, threads);
+  x_.resize(n), y_.resize(n), z_.resize(n), tags_.resize(n), sorted_.resize(n);
+  threads.for_blocks(n, 1 << 14, [&](uint64_t begin, uint64_t end) {
+    for (uint64_t i = begin; i < end; ++i) {
+      const uint32_t from = grid_.order()[i];
+      sorted_[i] = *photons[from];
+      x_[i] = sorted_[i].p.x, y_[i] = sorted_[i].p.y, z_[i] = sorted_[i].p.z;
+      tags_[i] = cell_tag(keys_[from]);
+    }
+  });
+}
+
+uint64_t PhotonMap::memory() const {
+  return occupancy_.memory() + grid_.memory() + keys_.capacity() * 8 + x_.capacity() * 16 + sorted_.capacity() * sizeof(Photon);
+}
+
+bool run_photon_pass(const Scene& scene, const PathSettings& settings, uint64_t first, uint64_t count, const Threads& threads,
+                     const std::atomic<bool>& cancel, const PhotonMaps& maps,
+                     std::array<std::vector<PhotonMap::Block>, kPhotonKinds>& blocks, RayCounts& counts) {
+  const uint64_t block_count = scene.lights.none() ? 0 : (count + kBlock - 1) / kBlock;
+  for (auto& kind : blocks) kind.resize(block_count);
+  std::vector<RayCounts> block_counts(block_count);
+  threads.for_each(block_count, [&](uint64_t b) {
+    std::array<PhotonMap::Block*, kPhotonKinds> mine{&blocks[kCaustic][b], &blocks[kIndirect][b]};
+    for (PhotonMap::Block* block : mine) block->photons.clear(), block->keys.clear(), block->owners.clear();
+    if (cancel.load(std::memory_order_relaxed)) return;
+    const PhotonPath path(scene, settings, maps, mine, block_counts[b]);
+    for (uint64_t i = b * kBlock; i < std::min(count, (b + 1) * kBlock); ++i)
+      path.follow(Sampler(settings.seed ^ kPhotonStream, first + i));
+  });
+  for (const RayCounts& c : block_counts) counts += c;
+  return !cancel.load();
+}
+
+}  // namespace sppm

@@ -1,0 +1,157 @@
+#include "sampling.h"
+
+#include <array>
+
+namespace sppm {
+namespace {
+
+constexpr int kDimensions = 4;
+using ByteTables = std::array<std::array<std::array<uint32_t, 256>, 4>, kDimensions>;
+
+// Direction numbers of the first four Sobol dimensions (primitive polynomials 1, x+1, x^2+x+1, x^3+x+1).
+std::array<uint32_t, 32> direction_numbers(int dimension) {
+  std::array<uint32_t, 32> v{};
+  if (dimension == 0) {
+    for (int i = 0; i < 32; ++i) v[i] = 1u << (31 - i);
+    return v;
+  }
+  const int degree = dimension;
+  const uint32_t coefficients = dimension == 1 ? 0 : 1;
+  const uint32_t start[] = {1, dimension == 1 ? 0u : 3u, 1};
+  for (int i = 0; i < 32; ++i) {
+    if (i < degree) {
+      v[i] = start[i] << (31 - i);
+      continue;
+    }
+    v[i] = v[i - degree] ^ (v[i - degree] >> degree);
+    for (int k = 1; k < degree; ++k)
+      if (coefficients >> (degree - 1 - k) & 1) v[i] ^= v[i - k];
+  }
+  return v;
+}
+
+ByteTables make_tables() {
+  ByteTables tables{};
+  for (int d = 0; d < kDimensions; ++d) {
+    const auto v = direction_numbers(d);
+    for (int byte = 0; byte < 4; ++byte)
+      for (int value = 0; value < 256; ++value)
+        for (int bit = 0; bit < 8; ++bit)
+          if (value >> bit & 1) tables[d][byte][value] ^= v[8 * byte + bit];
+  }
+  return tables;
+}
+
+const ByteTables kTables = make_tables();
+
+uint32_t reverse_bits(uint32_t x) {
+  x = __builtin_bswap32(x);
+  x = (x & 0x0f0f0f0fu) << 4 | (x >> 4 & 0x0f0f0f0fu);
+  x = (x & 0x33333333u) << 2 | (x >> 2 & 0x33333333u);
+  return (x & 0x55555555u) << 1 | (x >> 1 & 0x55555555u);
+}
+
+// Laine-Karras hash with Vegdahl's constants: scrambles each bit by a hash of the bits below it.
+uint32_t scramble_upward(uint32_t x, uint32_t seed) {
+  x ^= x * 0x3d20adeau;
+  x += seed;
+  x *= (seed >> 16) | 1;
+  x ^= x * 0x05526c56u;
+  x ^= x * 0x53a22864u;
+  return x;
+}
+
+uint32_t owen_scramble(uint32_t x, uint32_t seed) { return reverse_bits(scramble_upward(reverse_bits(x), seed)); }
+
+uint32_t sobol(int d, uint32_t i) {
+  const auto& t = kTables[d];
+  return t[0][i & 255] ^ t[1][i >> 8 & 255] ^ t[2][i >> 16 & 255] ^ t[3][i >> 24];
+}
+
+constexpr float kFilterSteps = 1024;
+
+// Inverse of the window's cumulative integral, tabulated once.
+std::vector<float> make_filter_table() {
+  const int n = 1 << 16;
+  std::vector<double> cdf(n + 1, 0.0);
+  for (int i = 0; i < n; ++i) {
+    const double t = 2 * M_PI * (i + 0.5) / n;
+    cdf[i + 1] = cdf[i] + 0.35875 - 0.48829 * std::cos(t) + 0.14128 * std::cos(2 * t) - 0.01168 * std::cos(3 * t);
+  }
+  std::vector<float> inverse(static_cast<size_t>(kFilterSteps) + 1);
+  int i = 0;
+  for (size_t k = 0; k < inverse.size(); ++k) {
+    const double target = cdf[n] * static_cast<double>(k) / kFilterSteps;
+    while (i < n - 1 && cdf[i + 1] < target) ++i;
+    const double fraction = std::clamp((target - cdf[i]) / (cdf[i + 1] - cdf[i]), 0.0, 1.0);
+    inverse[k] = static_cast<float>((i + fraction) / n - 0.5);
+  }
+  return inverse;
+}
+
+}  // namespace
+
+Sample4 Sampler::at(uint32_t group) const {
+  const uint64_t h = hash64(seed_, group);
+  const uint32_t index = owen_scramble(index_, static_cast<uint32_t>(h));
+  Sample4 sample;
+  for (int d = 0; d < kDimensions; ++d) {
+    const uint32_t seed = static_cast<uint32_t>(hash64(h + static_cast<uint64_t>(d) * 0x9e3779b97f4a7c15u));
+    sample.v[d] = static_cast<float>(owen_scramble(sobol(d, index), seed) >> 8) * 0x1p-24f;
+  }
+  return sample;
+}
+
+Distribution::Distribution(std::span<const double> weights) : cdf_(weights.size()) {
+  for (size_t i = 0; i < weights.size(); ++i) cdf_[i] = total_ += weights[i];
+  if (total_ > 0)
+    for (double& c : cdf_) c /= total_;
+}
+
+size_t Distribution::sample(float& u) const {
+  const auto it = std::upper_bound(cdf_.begin(), cdf_.end(), static_cast<double>(u));
+  const size_t i = std::min<size_t>(static_cast<size_t>(it - cdf_.begin()), cdf_.size() - 1);
+  const double below = i == 0 ? 0.0 : cdf_[i - 1];
+  u = std::clamp(static_cast<float>((u - below) / (cdf_[i] - below)), 0.0f, 0x1.fffffep-1f);
+  return i;
+}
+
+float Distribution::probability(size_t i) const { return static_cast<float>(cdf_[i] - (i == 0 ? 0.0 : cdf_[i - 1])); }
+
+Vec2 sample_disk(Vec2 u) {
+  const float x = 2 * u.x - 1, y = 2 * u.y - 1;
+  if (x == 0 && y == 0) return {0, 0};
+  const bool wide = std::abs(x) > std::abs(y);
+  const float r = wide ? x : y;
+  const float phi = wide ? kPi / 4 * (y / x) : kPi / 2 - kPi / 4 * (x / y);
+  return {r * std::cos(phi), r * std::sin(phi)};
+}
+
+Vec3 sample_cosine_hemisphere(Vec2 u) {
+  const Vec2 d = sample_disk(u);
+  return {d.x, d.y, safe_sqrt(1 - d.x * d.x - d.y * d.y)};
+}
+
+Vec3 sample_sphere(Vec2 u) { return sample_cone(u, 2.0f); }
+
+Vec3 sample_cone(Vec2 u, float one_minus_cos) {
+  const float h = u.x * one_minus_cos;  // 1 - cos, kept apart so that narrow cones lose no digits
+  const float sin_theta = safe_sqrt(h * (2 - h));
+  const float phi = 2 * kPi * u.y;
+  return {sin_theta * std::cos(phi), sin_theta * std::sin(phi), 1 - h};
+}
+
+Vec2 sample_triangle(Vec2 u) {
+  const float root = std::sqrt(u.x);
+  return {1 - root, root * u.y};
+}
+
+float sample_blackman_harris(float u) {
+  static const std::vector<float> inverse = make_filter_table();
+  const float x = u * kFilterSteps;
+  const size_t i = std::min(static_cast<size_t>(x), inverse.size() - 2);
+  const float t = x - static_cast<float>(i);
+  return inverse[i] * (1 - t) + inverse[i + 1] * t;
+}
+
+}  // namespace sppm

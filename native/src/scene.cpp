@@ -1,0 +1,198 @@
+#include "scene.h"
+
+#include "status.h"
+
+namespace sppm {
+namespace {
+
+// A hit point computed from barycentrics is off its plane by a few roundings of the coordinates and edges it was made of, and Embree's
+// own test by a few more; this many units in the last place of the largest of them are beyond both.
+constexpr float kOffsetUlps = 16 * 0x1p-23f;
+
+// A triangle is skipped for light that meets it this often without being stopped, so that stacked transparency ends.
+constexpr int kMostTransparentSurfaces = 256;
+
+}  // namespace
+
+uint32_t Scene::add_mesh(const SppmMeshDesc& desc) {
+  meshes_.push_back(std::make_unique<Mesh>(desc));
+  return static_cast<uint32_t>(meshes_.size());
+}
+
+uint32_t Scene::add_instance(const SppmInstanceDesc& desc) {
+  const std::string where = std::string("instance '") + (desc.name ? desc.name : "") + "': ";
+  require(desc.mesh >= 1 && desc.mesh <= meshes_.size(), where + "mesh " + std::to_string(desc.mesh) + " is not of this scene");
+  require(desc.materials && desc.material_count >= meshes_[desc.mesh - 1]->slot_count,
+          where + "material_count must be at least " + std::to_string(meshes_[desc.mesh - 1]->slot_count));
+  Instance instance;
+  instance.mesh = desc.mesh - 1;
+  for (const float m : desc.transform) require(std::isfinite(m), where + "transform must be finite");
+  std::copy(desc.transform, desc.transform + 12, instance.transform.m.begin());
+  instance.flip = instance.transform.determinant() < 0;
+  for (uint32_t i = 0; i < desc.material_count; ++i) {
+    require(desc.materials[i] >= 1 && desc.materials[i] <= materials.count(),
+            where + "material " + std::to_string(desc.materials[i]) + " is not of this scene");
+    instance.materials.push_back(desc.materials[i]);
+  }
+  instances_.push_back(std::move(instance));
+  return static_cast<uint32_t>(instances_.size());
+}
+
+void Scene::set_camera(const SppmCameraDesc& desc) {
+  camera = Camera(desc);
+  has_camera_ = true;
+}
+
+// A mesh that one instance uses is moved to world space: a ray is then not transformed on its way.
+void Scene::move_single_meshes() {
+  std::vector<uint32_t> uses(meshes_.size(), 0);
+  for (const Instance& i : instances_) ++uses[i.mesh];
+  for (Instance& i : instances_) {
+    if (uses[i.mesh] != 1) continue;
+    Mesh& mesh = *meshes_[i.mesh];
+    for (Vec3& p : mesh.positions) p = i.transform.point(p);
+    for (PackedDirection& n : mesh.normals) {
+      const Vec3 moved = i.transform.normal(unpack_direction(n));
+      if (length_squared(moved) > 0) n = pack_direction(normalize(moved));
+    }
+    i.transform = {};
+    i.identity = true;
+  }
+}
+
+void Scene::collect_emitters(Instance& instance) {
+  bool emits = false;
+  for (const uint32_t m : instance.materials) emits |= materials.emits(m);
+  if (!emits) return;
+  const Mesh& mesh = *meshes_[instance.mesh];
+  std::vector<EmissiveTriangle> triangles;
+  instance.light_triangles.assign(mesh.indices.size(), kNone);
+  for (uint32_t t = 0; t < mesh.indices.size(); ++t) {
+    const uint32_t material = instance.materials[mesh.slot(t)];
+    if (!materials.emits(material)) continue;
+    instance.light_triangles[t] = static_cast<uint32_t>(triangles.size());
+    triangles.push_back({vertices(instance, t), {attributes(mesh, t, 0, 0), attributes(mesh, t, 1, 0), attributes(mesh, t, 0, 1)}, material});
+  }
+  if (!triangles.empty()) instance.light = lights.add_triangles(std::move(triangles));
+}
+
+void Scene::commit(const Threads& threads) {
+  if (committed_) throw Error(SPPM_INVALID_STATE, "the scene is committed already");
+  if (!has_camera_) throw Error(SPPM_INVALID_STATE, "the scene has no camera");
+  move_single_meshes();
+  std::vector<Placement> placements;
+  for (Instance& i : instances_) {
+    placements.push_back({meshes_[i.mesh].get(), i.transform, i.identity});
+    triangle_count_ += meshes_[i.mesh]->indices.size();
+    for (const uint32_t m : i.materials) {
+      has_transparent_ |= materials.transparent(m);
+      has_specular_ |= materials.specular(m);
+      has_textures_ |= materials.textured(m);
+    }
+  }
+  threads.for_each(1, [&](uint64_t) { accel_.build(placements); });
+  for (Instance& i : instances_) collect_emitters(i);
+  lights.commit(accel_.bounds());
+  committed_ = true;
+}
+
+std::array<Vec3, 3> Scene::vertices(const Instance& instance, uint32_t triangle) const {
+  const Mesh& mesh = *meshes_[instance.mesh];
+  const auto& index = mesh.indices[triangle];
+  std::array<Vec3, 3> v{mesh.positions[index[0]], mesh.positions[index[1]], mesh.positions[index[2]]};
+  if (!instance.identity)
+    for (Vec3& p : v) p = instance.transform.point(p);
+  return v;
+}
+
+SurfaceAttributes Scene::attributes(const Mesh& mesh, uint32_t triangle, float u, float v) const {
+  SurfaceAttributes at;
+  if (mesh.uvs.empty() && mesh.colors.empty()) return at;
+  const auto& c = mesh.corners[triangle];
+  const float w = 1 - u - v;
+  if (!mesh.uvs.empty()) {
+    const Vec2 a = mesh.uvs[c[0]], b = mesh.uvs[c[1]], d = mesh.uvs[c[2]];
+    at.uv = {a.x * w + b.x * u + d.x * v, a.y * w + b.y * u + d.y * v};
+  }
+  if (!mesh.colors.empty()) at.color = mesh.colors[c[0]] * w + mesh.colors[c[1]] * u + mesh.colors[c[2]] * v;
+  return at;
+}
+
+std::optional<SurfacePoint> Scene::intersect(const Ray& ray) const {
+  const auto hit = accel_.intersect(ray);
+  if (!hit) return std::nullopt;
+  const Instance& instance = instances_[hit->instance];
+  const Mesh& mesh = *meshes_[instance.mesh];
+  const auto v = vertices(instance, hit->triangle);
+  const Vec3 e1 = v[1] - v[0], e2 = v[2] - v[0];
+  const Vec3 normal = cross(e1, e2);
+  const float l = length(normal);
+  SurfacePoint s;
+  s.p = v[0] * (1 - hit->u - hit->v) + v[1] * hit->u + v[2] * hit->v;
+  s.ng = l > 0 ? normal / (instance.flip ? -l : l) : -ray.direction;
+  s.offset = kOffsetUlps * (max_component(abs(s.p)) + max_component(max(abs(e1), abs(e2))));
+  s.ns = s.ng;
+  if (!mesh.normals.empty()) {
+    const auto& c = mesh.corners[hit->triangle];
+    const Vec3 n = unpack_direction(mesh.normals[c[0]]) * (1 - hit->u - hit->v) + unpack_direction(mesh.normals[c[1]]) * hit->u +
+                   unpack_direction(mesh.normals[c[2]]) * hit->v;
+    const Vec3 world = instance.identity ? n : instance.transform.normal(n);
+    const float world_length = length(world);
+    if (world_length > 0) s.ns = face_toward(world / world_length, s.ng);
+  }
+  s.instance = hit->instance, s.triangle = hit->triangle;
+  s.material = instance.materials[mesh.slot(hit->triangle)];
+  if (has_textures_) s.attributes = attributes(mesh, hit->triangle, hit->u, hit->v);
+  return s;
+}
+
+Vec3 Scene::transmittance(Ray ray, uint64_t& rays) const {
+  ++rays;
+  if (!has_transparent_) return accel_.occluded(ray) ? Vec3{} : Vec3{1, 1, 1};
+  Vec3 left{1, 1, 1};
+  for (int i = 0; i < kMostTransparentSurfaces; ++i) {
+    const auto s = intersect(ray);
+    if (!s) return left;
+    left *= transparency(*s);
+    if (is_black(left)) return {};
+    const float gone = dot(s->p - ray.origin, ray.direction);
+    ray = s->spawn(ray.direction, ray.far - gone);
+    if (!(ray.far > 0)) return left;
+    ++rays;
+  }
+  return {};
+}
+
+Bsdf Scene::bsdf(const SurfacePoint& s) const {
+  Bsdf bsdf{{s.ng, Frame(s.ns)}, {}, 0};
+  materials.lobes(s.material, s.attributes, bsdf);
+  return bsdf;
+}
+
+EmittedLight Scene::emitted(const SurfacePoint& s, Vec3 wo, float distance) const {
+  const Instance& instance = instances_[s.instance];
+  if (instance.light == kNone || instance.light_triangles[s.triangle] == kNone) return {};
+  const float cosine = std::abs(dot(wo, s.ng));
+  const float pdf_area = lights.triangle_pdf_area(instance.light, instance.light_triangles[s.triangle]);
+  return {materials.emission(s.material, s.attributes), cosine > 0 ? pdf_area * square(distance) / cosine : 0.0f};
+}
+
+SppmSceneInfo Scene::info() const {
+  SppmSceneInfo info{};
+  info.struct_size = sizeof info;
+  info.triangle_count = triangle_count_;
+  info.instance_count = instances_.size();
+  info.light_count = lights.count();
+  info.light_power = lights.power();
+  const Bounds b = accel_.bounds();
+  for (int i = 0; i < 3 && !b.empty(); ++i) {
+    info.bounds_min[i] = static_cast<double>(b.lo[i]);
+    info.bounds_max[i] = static_cast<double>(b.hi[i]);
+  }
+  info.memory_bytes = accel_.memory() + textures.memory();
+  for (const auto& mesh : meshes_) info.memory_bytes += mesh->memory();
+  info.has_specular = has_specular_, info.has_transparent = has_transparent_, info.has_textures = has_textures_;
+  return info;
+}
+
+}  // namespace sppm

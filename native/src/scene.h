@@ -1,0 +1,81 @@
+// The scene: everything that is to be lit, read-only once committed.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "accel.h"
+#include "camera.h"
+#include "light.h"
+#include "material.h"
+#include "mesh.h"
+#include "parallel.h"
+#include "texture.h"
+
+namespace sppm {
+
+// Where a ray met a surface.
+struct SurfacePoint {
+  Vec3 p;
+  Vec3 ng, ns;         // unit, outward; ns on ng's side
+  float offset = 0;    // how far above or below p a ray must start to clear this surface
+  uint32_t material = 0;
+  uint32_t instance = 0, triangle = 0;
+  SurfaceAttributes attributes;
+
+  // A ray that leaves along the unit vector w on the side that w is on.
+  Ray spawn(Vec3 w, float far = kInfinity) const { return {p + ng * std::copysign(offset, dot(ng, w)), w, 0, far}; }
+};
+
+class Scene {
+ public:
+  Scene() : materials(&textures), lights(&textures, &materials) {}
+
+  uint32_t add_mesh(const SppmMeshDesc& desc);
+  uint32_t add_instance(const SppmInstanceDesc& desc);
+  void set_camera(const SppmCameraDesc& desc);
+  void commit(const Threads& threads);
+  bool committed() const { return committed_; }
+
+  std::optional<SurfacePoint> intersect(const Ray& ray) const;
+  // What is left of light along the ray: 1 where nothing stands in its way, 0 behind anything opaque. Adds the rays traced.
+  Vec3 transmittance(Ray ray, uint64_t& rays) const;
+  Bsdf bsdf(const SurfacePoint& s) const;
+  // Radiance that the surface emits toward a ray of direction -wo that came from `distance` away, with the pdf of direct light.
+  EmittedLight emitted(const SurfacePoint& s, Vec3 wo, float distance) const;
+  Vec3 transparency(const SurfacePoint& s) const {
+    return materials.transparent(s.material) ? materials.transparency(s.material, s.attributes) : Vec3{};
+  }
+  SppmSceneInfo info() const;
+  bool has_transparent() const { return has_transparent_; }
+
+  Textures textures;
+  Materials materials;
+  Lights lights;
+  Camera camera;
+
+ private:
+  static constexpr uint32_t kNone = ~0u;
+  struct Instance {
+    uint32_t mesh;
+    Affine transform;
+    bool flip = false;      // the transform mirrors, so the winding's normal points inward
+    bool identity = false;  // the mesh was moved to world space
+    std::vector<uint32_t> materials;
+    uint32_t light = kNone;                 // set of emissive triangles
+    std::vector<uint32_t> light_triangles;  // triangle -> index in that set, kNone where it does not emit
+  };
+  void move_single_meshes();
+  void collect_emitters(Instance& instance);
+  SurfaceAttributes attributes(const Mesh& mesh, uint32_t triangle, float u, float v) const;
+  std::array<Vec3, 3> vertices(const Instance& instance, uint32_t triangle) const;
+
+  std::vector<std::unique_ptr<Mesh>> meshes_;
+  std::vector<Instance> instances_;
+  Accel accel_;
+  uint64_t triangle_count_ = 0;
+  bool has_camera_ = false, committed_ = false, has_transparent_ = false, has_specular_ = false, has_textures_ = false;
+};
+
+}  // namespace sppm

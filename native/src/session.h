@@ -1,0 +1,49 @@
+// A render: settings, the state of every pixel, and the iteration that improves it.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "film.h"
+#include "scene.h"
+
+namespace sppm {
+
+class Session {
+ public:
+  Session(std::shared_ptr<const Scene> scene, const SppmSettings& settings);  // throws Error
+
+  // One iteration; throws Error(SPPM_CANCELLED) and leaves all sums alone if cancelled.
+  void step();
+  void cancel() { cancel_ = true; }
+  SppmProgress progress() const;
+  void read_pass(SppmPass pass, float* out, uint64_t count) const;
+  void write_exr(const std::string& path) const;
+
+ private:
+  void check_cancelled(bool completed);
+  uint64_t emitted() const { return iteration_ * photons_per_iteration_; }
+  uint64_t memory() const;
+
+  std::shared_ptr<const Scene> scene_;
+  SppmSettings settings_;
+  std::string snapshot_path_;
+  PathSettings path_;
+  uint64_t photons_per_iteration_;
+  Threads threads_;
+  Film film_;
+
+  CameraSamples samples_;
+  PhotonMaps maps_;
+  std::array<std::vector<PhotonMap::Block>, kPhotonKinds> blocks_;
+  std::vector<Film::Found> found_;
+
+  uint64_t iteration_ = 0;
+  std::atomic<bool> cancel_{false};
+  mutable std::mutex progress_mutex_;
+  SppmProgress progress_{};
+};
+
+}  // namespace sppm

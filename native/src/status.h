@@ -1,0 +1,24 @@
+// The one exception of the library: a status for the C border and a message for the user.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+#include "sppm/sppm.h"
+
+namespace sppm {
+
+class Error : public std::runtime_error {
+ public:
+  Error(SppmStatus status, const std::string& message) : std::runtime_error(message), status_(status) {}
+  SppmStatus status() const { return status_; }
+
+ private:
+  SppmStatus status_;
+};
+
+inline void require(bool condition, const std::string& message) {
+  if (!condition) throw Error(SPPM_INVALID_ARGUMENT, message);
+}
+
+}  // namespace sppm

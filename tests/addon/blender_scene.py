@@ -1,0 +1,45 @@
+"""Small scenes for tests, and the pixels of a render; the builders themselves are those of blend_scenes/make_scenes.py."""
+
+import bpy
+import make_scenes
+import numpy as np
+
+
+def start(width, height, iterations=4, world=(0.0, 0.0, 0.0)):
+    """A new, empty file for SPPM."""
+    scene = make_scenes.start_scene(world)
+    scene.render.engine = "SPPM"
+    scene.render.resolution_x, scene.render.resolution_y = width, height
+    scene.sppm.iterations = iterations
+    return scene
+
+
+def render(path):
+    """Renders as F12 does, to an OpenEXR file; (height, width, 4) float32, rows from bottom to top, linear."""
+    settings = bpy.context.scene.render
+    settings.image_settings.file_format = "OPEN_EXR"
+    settings.image_settings.color_mode = "RGBA"
+    settings.image_settings.color_depth = "32"
+    settings.use_file_extension = True
+    settings.filepath = str(path)
+    path.unlink(missing_ok=True)
+    assert bpy.ops.render.render(write_still=True) == {"FINISHED"}
+    return read(path)
+
+
+def read(path):
+    """The pixels of an image file as they are stored."""
+    image = bpy.data.images.load(str(path))
+    image.colorspace_settings.name = "Non-Color"
+    width, height = image.size
+    pixels = np.empty(width * height * image.channels, np.float32)
+    image.pixels.foreach_get(pixels)
+    bpy.data.images.remove(image)
+    return pixels.reshape(height, width, -1)
+
+
+def region_means(pixels, count=4):
+    """Mean colour of count x count equal parts: (count, count, 3)."""
+    height, width, _ = pixels.shape
+    parts = pixels[..., :3].reshape(count, height // count, count, width // count, 3)
+    return parts.mean((1, 3), dtype=np.float64)

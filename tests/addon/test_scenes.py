@@ -1,0 +1,37 @@
+"""Every scene of blend_scenes renders on every Blender."""
+
+from pathlib import Path
+
+import blender_scene
+import bpy
+import make_scenes
+import numpy as np
+import pytest
+
+FOLDER = Path(make_scenes.__file__).parent
+FILES = sorted(FOLDER.glob("*.blend"))
+
+
+def test_every_scene_has_its_file():
+    assert [file.stem for file in FILES] == sorted(scene.__name__ for scene in make_scenes.SCENES)
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_file_is_small(file):
+    assert file.stat().st_size < 1_000_000
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_renders(file, tmp_path):
+    bpy.ops.wm.open_mainfile(filepath=str(file))
+    scene = bpy.context.scene
+    assert scene.render.engine == "SPPM"
+    assert scene.sppm.iterations == 64
+    scene.render.resolution_x = scene.render.resolution_y = 64
+    scene.sppm.iterations = 4
+    pixels = blender_scene.render(tmp_path / "scene.exr")
+    assert pixels.shape == (64, 64, 4)
+    assert np.isfinite(pixels).all()
+    assert pixels.min() >= 0
+    lit = (pixels[..., :3] > 0).any(-1).mean()
+    assert lit > 0.5, f"only {lit:.0%} of the pixels are lit"

@@ -1,0 +1,18 @@
+"""What all Python tests share: they use the staged add-on, never the sources beside it.
+
+`./dev stage` makes it. BLENDER_USER_SCRIPTS must be set before bpy is imported, so it is set here.
+"""
+
+import os
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+STAGE = ROOT / "build" / "stage"
+
+if not (STAGE / "addons" / "sppm" / "__init__.py").is_file():
+    raise RuntimeError(f"no staged add-on in {STAGE}: run ./dev stage")
+
+os.environ["BLENDER_USER_SCRIPTS"] = str(STAGE)
+for folder in (STAGE / "addons", ROOT / "blend_scenes"):
+    sys.path.insert(0, str(folder))
