@@ -161,6 +161,8 @@ def _snapshot_path(scene, view_layer):
     """Beside the frame's output file: `NAME0001.exr` -> `NAME0001.sppm.exr`, with the layer's name where there are several."""
     path = Path(scene.render.frame_path(frame=scene.frame_current)).absolute()
     layer = f".{bpy.path.clean_name(view_layer.name)}" if len(scene.view_layers) > 1 else ""
+    # Blender makes the output's folder only when it saves.
+    path.parent.mkdir(parents=True, exist_ok=True)
     return str(path.with_name(f"{path.stem}{layer}.sppm.exr"))
 
 

@@ -1,0 +1,71 @@
+"""Imports and includes follow the one-way order of docs/architecture.md."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def native_groups():
+    """The groups of the order as docs/architecture.md lists them, leftmost first."""
+    text = (ROOT / "docs" / "architecture.md").read_text()
+    line = re.search(r"- native: (.*?)\n- addon", text, re.S).group(1)
+    return [group.split() for group in re.sub(r"[`\n]", " ", line).split("<")]
+
+
+def test_every_native_file_is_in_the_order():
+    listed = {name for group in native_groups() for name in group}
+    files = {path.stem for path in (ROOT / "native" / "src").iterdir()}
+    assert files == listed
+
+
+def test_native_includes_point_left():
+    place = {name: i for i, group in enumerate(native_groups()) for name in group}
+    wrong = []
+    for path in (ROOT / "native" / "src").iterdir():
+        for included in re.findall(r'#include "(\w+)\.h"', path.read_text()):
+            if place[included] > place[path.stem]:
+                wrong.append(f"{path.name} includes {included}.h")
+    assert not wrong
+
+
+@pytest.mark.parametrize(
+    ("library", "door"), [("embree", "accel.cpp"), ("tbb/", "parallel.cpp"), ("Imf", "image.cpp")]
+)
+def test_one_door_for_each_library(library, door):
+    users = [p.name for p in (ROOT / "native" / "src").iterdir() if re.search(rf"#include <{library}", p.read_text())]
+    assert users == [door]
+
+
+def imports_of(path):
+    """Modules of the add-on, and others, that a file imports anywhere."""
+    own, others = set(), set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.ImportFrom) and node.level:
+            own |= {node.module} if node.module else {a.name for a in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            others.add(node.module.split(".")[0])
+        elif isinstance(node, ast.Import):
+            others |= {a.name.split(".")[0] for a in node.names}
+    return own, others
+
+
+def test_plain_modules_need_neither_blender_nor_ctypes():
+    for name, allowed in {"scene_desc": set(), "native": {"scene_desc"}}.items():
+        own, others = imports_of(ROOT / "addon" / f"{name}.py")
+        assert own <= allowed
+        assert "bpy" not in others
+    assert "ctypes" not in imports_of(ROOT / "addon" / "scene_desc.py")[1]
+
+
+def test_exporters_never_import_native():
+    for path in (ROOT / "addon").glob("export_*.py"):
+        assert not imports_of(path)[0] & {"native", "engine", "ui", "properties"}, path.name
+
+
+def test_ctypes_lives_in_native_only():
+    users = [p.name for p in (ROOT / "addon").glob("*.py") if "ctypes" in imports_of(p)[1]]
+    assert users == ["native.py"]
