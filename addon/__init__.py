@@ -40,7 +40,7 @@ def unregister():
 
 
 def _unregister_at_exit():
-    """As a Python module, Blender 4.5 hangs at exit while an engine is registered; the program itself does not and tidies up alone."""
+    """As a Python module, Blender 4.5 hangs at exit while an engine is registered; as a program it tidies up by itself."""
     import bpy
 
     if not bpy.app.binary_path:

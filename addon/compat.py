@@ -85,7 +85,7 @@ def _read(collection, name, count, channels, dtype):
 
 
 def area_radiance_per_watt(area):
-    """Radiance of an area light of one watt and `area` [m^2]: P / (4 A) before 4.5, P / (pi A) since (measured on 3.4 and 4.5)."""
+    """Radiance of an area light of 1 W and `area` [m^2]: P / (4 A) in 3.4, P / (pi A) in 4.5 (measured; 4.2 is guessed)."""
     return 1.0 / ((math.pi if bpy.app.version >= (4, 5, 0) else 4.0) * area)
 
 
@@ -121,7 +121,7 @@ def uses_nodes(owner):
 
 
 def set_pass_pixels(render_pass, pixels):
-    """Hands (height, width, channels) float32 to a render pass: newer versions want the array flat, 3.4 wants (pixels, channels)."""
+    """Hands (height, width, channels) float32 to a render pass; 3.4 wants the array as (pixels, channels), 4.5 wants it flat."""
     pixels = np.ascontiguousarray(pixels, dtype=np.float32)
     if bpy.app.version < (4, 0, 0):
         render_pass.rect.foreach_set(pixels.reshape(-1, pixels.shape[2]))

@@ -9,11 +9,16 @@ from pathlib import Path
 import bpy
 
 from . import native, render_result
+from .export_camera import CameraError
 from .export_scene import export_scene
+from .scene_desc import SceneError
 
 _POLL_SECONDS = 0.03
 _PREVIEW_SECONDS = 1.0
 _STATUS_SECONDS = 0.25
+
+# Failures whose message is all that the user needs.
+_EXPECTED = (native.SppmError, CameraError, SceneError, MemoryError, OSError)
 
 
 class SppmRenderEngine(bpy.types.RenderEngine):
@@ -33,8 +38,8 @@ class SppmRenderEngine(bpy.types.RenderEngine):
         # What is raised here Blender would answer with a saved picture and exit code 0; only a reported error stops it.
         try:
             _Render(self, depsgraph).run()
-        except (native.SppmError, ValueError, RuntimeError, MemoryError, OSError) as error:
-            self.report({"ERROR"}, f"SPPM: {error}")
+        except _EXPECTED as error:
+            self.report({"ERROR"}, f"SPPM: {str(error) or type(error).__name__}")
         except Exception as error:  # a bug of ours: the trace is for the report of it
             traceback.print_exc()
             self.report({"ERROR"}, f"SPPM: {type(error).__name__}: {error}")
@@ -145,8 +150,8 @@ def session_settings(depsgraph):
     """The scene's settings as the library's."""
     scene, view_layer = depsgraph.scene, depsgraph.view_layer
     own = scene.sppm
-    names = ("iterations", "photons_per_iteration", "initial_radius", "max_depth", "pixel_filter", "filter_width", "gamma", "seed",
-             "time_limit", "write_interval")
+    names = ("iterations", "photons_per_iteration", "initial_radius", "max_depth", "pixel_filter", "filter_width", "gamma",
+             "seed", "time_limit", "write_interval")
     return native.Settings(
         **{name: getattr(own, name) for name in names},
         snapshot_path=_snapshot_path(scene, view_layer) if own.write_interval > 0 else "",

@@ -1,7 +1,7 @@
 """Blender's lamps and world -> LightDesc and WorldDesc, in radiometric units.
 
-The factors are measured with Cycles (docs/blender.md): with power P [W], a point or spot has radiant intensity P / (4 pi), a sun the
-irradiance that its strength says, an area light the radiance that `compat.area_radiance_per_watt` says.
+The factors are measured with Cycles (docs/blender.md): with power P [W], a point or spot has radiant intensity P / (4 pi), a sun
+the irradiance that its strength says, an area light the radiance that `compat.area_radiance_per_watt` says.
 """
 
 import math
@@ -210,5 +210,9 @@ def _blackbody(kelvin):
     else:
         y = 3.0817580 * x**3 - 5.87338670 * x**2 + 3.75112997 * x - 0.37001483
     xyz = np.array((x / y, 1.0, (1.0 - x - y) / y))
-    to_rgb = np.array(((3.2404542, -1.5371385, -0.4985314), (-0.9692660, 1.8760108, 0.0415560), (0.0556434, -0.2040259, 1.0572252)))
+    to_rgb = np.array((
+        (3.2404542, -1.5371385, -0.4985314),
+        (-0.9692660, 1.8760108, 0.0415560),
+        (0.0556434, -0.2040259, 1.0572252),
+    ))
     return np.maximum(to_rgb @ xyz, 0.0)

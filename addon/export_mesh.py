@@ -12,7 +12,8 @@ def export_mesh(mesh, want_uvs=False, want_colors=None, warn=lambda message: Non
     Args:
         mesh: bpy.types.Mesh; Blender may cache triangles and normals in it.
         want_uvs: whether a material reads the active render UV map.
-        want_colors: name of the colour attribute that a material reads; '' or True for the active render one, None or False for none.
+        want_colors: name of the colour attribute that a material reads; '' or True for the active render one, None or False for
+            none.
         warn: called with a message where something wanted is missing.
 
     Returns:

@@ -1,7 +1,8 @@
 """Blender's evaluated scene -> SceneDesc and the list of what could not be said with it.
 
-The dependency graph is walked once. A mesh is read once and referred to by an instance for each place where it stands; instances of
-collections, geometry nodes and particles all arrive here as instances. No Blender object outlives its step of the walk.
+The dependency graph is walked once. A mesh is read once and referred to by an instance for each place where it stands;
+instances of collections, geometry nodes and particles all arrive here as instances. No Blender object outlives its step of the
+walk.
 """
 
 from dataclasses import replace
@@ -154,8 +155,8 @@ def _materials_of(obj):
 def _moved_to_origin(desc):
     """Moves a scene that lies farther from Blender's origin than it is large to its own centre, in double precision.
 
-    Single precision, which the renderer computes in, then loses at most a bit; a scene around the origin stays as it is. The centre is
-    that of the bounds of all instances, rounded to metres.
+    Single precision, which the renderer computes in, then loses at most a bit; a scene around the origin stays as it is. The
+    centre is that of the bounds of all instances, rounded to metres.
     """
     if not desc.instances:
         return desc

@@ -1,7 +1,7 @@
 """The renderer library `libsppm.so` behind Python objects: the only module that uses ctypes, and no Blender here.
 
-Structs and prototypes mirror `native/include/sppm/sppm.h`. A status other than SPPM_OK becomes an `SppmError` with the library's own
-message. Arrays are made contiguous and kept alive for the length of a call; the library copies what it needs.
+Structs and prototypes mirror `native/include/sppm/sppm.h`. A status other than SPPM_OK becomes an `SppmError` with the library's
+own message. Arrays are made contiguous and kept alive for the length of a call; the library copies what it needs.
 """
 
 import ctypes
@@ -20,7 +20,8 @@ LIBRARY_PATH = Path(__file__).parent / "lib" / "libsppm.so"
 PASS_NAMES = ("Combined", "Depth", "Normal", "Direct", "Indirect", "Caustics", "Radius", "Photons")
 PIXEL_FILTERS = ("BLACKMAN_HARRIS", "BOX")
 STATUS_CANCELLED = 7
-STATUS_NAMES = ("OK", "invalid argument", "invalid state", "out of memory", "I/O error", "unsupported", "internal error", "cancelled")
+STATUS_NAMES = ("OK", "invalid argument", "invalid state", "out of memory", "I/O error", "unsupported", "internal error",
+                "cancelled")
 
 
 class SppmError(RuntimeError):
@@ -102,8 +103,8 @@ class _Camera(_Sized):
 
 class _SceneInfo(_Sized):
     _fields_ = [("triangle_count", c_uint64), ("instance_count", c_uint64), ("light_count", c_uint64), ("light_power", c_double),
-                ("bounds_min", c_double * 3), ("bounds_max", c_double * 3), ("memory_bytes", c_uint64), ("has_specular", c_uint32),
-                ("has_transparent", c_uint32), ("has_textures", c_uint32)]
+                ("bounds_min", c_double * 3), ("bounds_max", c_double * 3), ("memory_bytes", c_uint64),
+                ("has_specular", c_uint32), ("has_transparent", c_uint32), ("has_textures", c_uint32)]
 
 
 class _Settings(_Sized):
@@ -308,8 +309,8 @@ def _image_struct(image):
     height, width = image.pixels.shape[:2]
     floats = _floats(image.pixels) if image.pixels.dtype != np.uint8 else None
     u8 = _pointer(image.pixels, np.uint8, c_uint8) if image.pixels.dtype == np.uint8 else None
-    return _keep(_Image(width=width, height=height, pixels=floats, pixels_u8=u8, encoding=int(image.srgb), name=image.name.encode()),
-                 floats, u8)
+    struct = _Image(width=width, height=height, pixels=floats, pixels_u8=u8, encoding=int(image.srgb), name=image.name.encode())
+    return _keep(struct, floats, u8)
 
 
 def _texture_struct(texture):
@@ -329,7 +330,8 @@ def _closure_struct(closure):
 
 def _material_struct(material):
     closures = (_Closure * len(material.closures))(*map(_closure_struct, material.closures))
-    return _keep(_Material(closure_count=len(closures), closures=closures if closures else None, name=material.name.encode()), closures)
+    struct = _Material(closure_count=len(closures), closures=closures if closures else None, name=material.name.encode())
+    return _keep(struct, closures)
 
 
 def _mesh_struct(mesh):

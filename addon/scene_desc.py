@@ -82,7 +82,7 @@ class Projection(IntEnum):
 
 @dataclass(frozen=True)
 class ImageDesc:
-    """`pixels` (height, width, 4) float32 or uint8, RGBA, straight alpha, bottom row first; `srgb`: decode with the sRGB curve."""
+    """`pixels` (height, width, 4) float32 or uint8, RGBA, straight alpha, bottom row first; `srgb`: decode the sRGB curve."""
 
     name: str
     pixels: np.ndarray
@@ -192,7 +192,7 @@ class WorldDesc:
 
 @dataclass(frozen=True)
 class CameraDesc:
-    """See SppmCameraDesc; `window` is left, right, bottom, top of the full image; `region` x, y, width, height from bottom left."""
+    """See SppmCameraDesc; `window`: left, right, bottom, top of the image; `region`: x, y, width, height, from bottom left."""
 
     transform: np.ndarray  # (3, 4) float64
     window: tuple

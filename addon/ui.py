@@ -5,13 +5,13 @@ import bpy
 ENGINE = "SPPM"
 
 # Panels for Blender's own renderers that show nothing this engine can do, or that are replaced here.
-_EXCLUDED = {"VIEWLAYER_PT_filter", "VIEWLAYER_PT_layer_passes", "RENDER_PT_post_processing", "RENDER_PT_freestyle",
+_EXCLUDED = {"VIEWLAYER_PT_filter", "VIEWLAYER_PT_layer_passes", "RENDER_PT_post_processing",
              "DATA_PT_light", "DATA_PT_falloff_curve", "MATERIAL_PT_preview", "WORLD_PT_preview", "DATA_PT_preview"}
 
 # Panels made for EEVEE that show what every shader-node engine needs.
 _INCLUDED = {"DATA_PT_EEVEE_light", "DATA_PT_spot", "DATA_PT_area", "DATA_PT_camera_dof", "DATA_PT_camera_dof_aperture",
              "EEVEE_MATERIAL_PT_context_material", "EEVEE_MATERIAL_PT_surface", "EEVEE_WORLD_PT_surface",
-             "EEVEE_NEXT_MATERIAL_PT_context_material", "EEVEE_NEXT_MATERIAL_PT_surface", "NODE_DATA_PT_EEVEE_light"}
+             "EEVEE_NEXT_MATERIAL_PT_context_material", "EEVEE_NEXT_MATERIAL_PT_surface"}
 
 
 class _EnginePanel:
@@ -101,6 +101,7 @@ def unregister():
 def _blender_panels():
     """Registered panels of Blender that this engine shares."""
     for panel in bpy.types.Panel.__subclasses__():
-        engines = getattr(panel, "COMPAT_ENGINES", ())
-        if panel.__name__ in _INCLUDED or ("BLENDER_RENDER" in engines and panel.__name__ not in _EXCLUDED):
+        # The shader editor's copy of a panel shares the original's set of engines.
+        name, engines = panel.__name__.removeprefix("NODE_"), getattr(panel, "COMPAT_ENGINES", ())
+        if name in _INCLUDED or ("BLENDER_RENDER" in engines and name not in _EXCLUDED and "freestyle" not in name):
             yield panel

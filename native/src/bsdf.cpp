@@ -111,7 +111,7 @@ Vec3 microfacet(const Lobe& lobe, Vec3 wo, Vec3 wi) {
   h = normalize(h);
   if (h.z * side < 0) h = -h;
   const float cos_o = dot(wo, h), cos_i = dot(wi, h);
-  if (cos_o * cos_i >= 0 || cos_o * wo.z <= 0) return {};
+  if (cos_o <= 0 || cos_i >= 0) return {};
   const float f = lobe.type == LobeType::kRefraction ? 0.0f : fresnel_dielectric(std::abs(cos_o), eta);
   if (f >= 1) return {};
   const float denominator = square(cos_o + eta * cos_i);

@@ -21,11 +21,10 @@ class Gatherer {
         at_{unpack_direction(vp.ng), Frame(unpack_direction(vp.ns))}, flat_(vp.ng == vp.ns) {}
 
   void add(const Photon& photon) {
-    const Vec3 n = unpack_direction(photon.ng);
-    if (dot(n, at_.ng) < kSameSurface) return;
+    if (photon.ng != vp_.ng && dot(unpack_direction(photon.ng), at_.ng) < kSameSurface) return;
     Vec3 value = photon.power;
     if (!flat_ || lobe_) {
-      const Vec3 wi = unpack_direction(photon.wi);
+      const Vec3 n = unpack_direction(photon.ng), wi = unpack_direction(photon.wi);
       const float shading = dot(wi, at_.frame.n), geometric = dot(wi, n);
       if (shading <= 0 || geometric <= 0) return;
       // Photons measure flux through the geometric surface; f goes with the shading normal's cosine (Veach 5.3).

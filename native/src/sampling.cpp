@@ -44,7 +44,7 @@ ByteTables make_tables() {
 
 const ByteTables kTables = make_tables();
 
-uint32_t reverse_bits(uint32_t x) {
+inline uint32_t reverse_bits(uint32_t x) {
   x = __builtin_bswap32(x);
   x = (x & 0x0f0f0f0fu) << 4 | (x >> 4 & 0x0f0f0f0fu);
   x = (x & 0x33333333u) << 2 | (x >> 2 & 0x33333333u);
@@ -52,7 +52,7 @@ uint32_t reverse_bits(uint32_t x) {
 }
 
 // Laine-Karras hash with Vegdahl's constants: scrambles each bit by a hash of the bits below it.
-uint32_t scramble_upward(uint32_t x, uint32_t seed) {
+inline uint32_t scramble_upward(uint32_t x, uint32_t seed) {
   x ^= x * 0x3d20adeau;
   x += seed;
   x *= (seed >> 16) | 1;
@@ -61,12 +61,15 @@ uint32_t scramble_upward(uint32_t x, uint32_t seed) {
   return x;
 }
 
-uint32_t owen_scramble(uint32_t x, uint32_t seed) { return reverse_bits(scramble_upward(reverse_bits(x), seed)); }
+inline uint32_t owen_scramble(uint32_t x, uint32_t seed) { return reverse_bits(scramble_upward(reverse_bits(x), seed)); }
 
-uint32_t sobol(int d, uint32_t i) {
+inline uint32_t sobol(int d, uint32_t i) {
   const auto& t = kTables[d];
   return t[0][i & 255] ^ t[1][i >> 8 & 255] ^ t[2][i >> 16 & 255] ^ t[3][i >> 24];
 }
+
+// Odd multipliers that make four independent seeds of one hash (from the spectral tables of Steele and Vigna 2021).
+constexpr uint64_t kSeedFactors[kDimensions] = {0xd1342543de82ef95u, 0xaf251af3b0f025b5u, 0xb564ef22ec7aece5u, 0xf7c2ebc08f67f2b5u};
 
 constexpr float kFilterSteps = 1024;
 
@@ -96,7 +99,7 @@ Sample4 Sampler::at(uint32_t group) const {
   const uint32_t index = owen_scramble(index_, static_cast<uint32_t>(h));
   Sample4 sample;
   for (int d = 0; d < kDimensions; ++d) {
-    const uint32_t seed = static_cast<uint32_t>(hash64(h + static_cast<uint64_t>(d) * 0x9e3779b97f4a7c15u));
+    const uint32_t seed = static_cast<uint32_t>(h * kSeedFactors[d] >> 32);
     sample.v[d] = static_cast<float>(owen_scramble(sobol(d, index), seed) >> 8) * 0x1p-24f;
   }
   return sample;

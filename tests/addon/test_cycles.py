@@ -112,7 +112,8 @@ def test_light(stage, add_light, tmp_path):
 
 
 def test_two_lights(stage, tmp_path):
-    """Photons choose between lights of very different power."""
+    """Photons choose between lights of very different power; those of sun and world spread over the whole scene, so more of them."""
+    bpy.context.scene.sppm.photons_per_iteration = 4 * SIZE * SIZE
     add_point()
     sun(1.0)
     world_constant()

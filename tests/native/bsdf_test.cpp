@@ -1,0 +1,309 @@
+#include "bsdf.h"
+
+#include <doctest/doctest.h>
+
+#include <random>
+#include <string>
+#include <vector>
+
+#include "sampling.h"
+
+using namespace sppm;
+
+namespace {
+
+const ShadingPoint kAt{{0, 0, 1}, Frame({0, 0, 1})};
+
+Lobe make_lobe(LobeType type, float roughness, float ior = 1.5f) {
+  Lobe lobe;
+  lobe.type = type;
+  lobe.color = lobe.color2 = {1, 1, 1};
+  lobe.roughness = roughness;
+  lobe.alpha = lobe.diffuse() ? 0 : roughness * roughness;
+  lobe.ior = ior;
+  return lobe;
+}
+
+std::string name(LobeType type) {
+  const char* names[] = {"diffuse", "retro", "dielectric", "refraction", "conductor", "coat"};
+  return names[static_cast<int>(type)];
+}
+
+std::vector<Lobe> rough_lobes() {
+  std::vector<Lobe> lobes;
+  for (const float roughness : {0.1f, 0.3f, 0.6f, 1.0f}) {
+    for (const LobeType type : {LobeType::kDiffuse, LobeType::kRetroDiffuse, LobeType::kConductor, LobeType::kCoat})
+      lobes.push_back(make_lobe(type, roughness));
+    for (const LobeType type : {LobeType::kDielectric, LobeType::kRefraction})
+      for (const float ior : {1.5f, 1 / 1.5f}) lobes.push_back(make_lobe(type, roughness, ior));
+  }
+  return lobes;
+}
+
+Vec3 direction(float cos_theta, float phi = 0.4f) {
+  const float s = safe_sqrt(1 - cos_theta * cos_theta);
+  return {s * std::cos(phi), s * std::sin(phi), cos_theta};
+}
+
+// Cells of equal solid angle over the sphere.
+constexpr int kRows = 24, kColumns = 32;
+
+struct Fit {
+  double chi2 = 0, integral = 0, succeeded = 0;
+  int cells = 0;
+};
+
+// Compares where samples fall with the integral of the density over each cell.
+Fit fit(const Lobe& lobe, Vec3 given, int n) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> uniform;
+  std::vector<int> counts(kRows * kColumns, 0);
+  Fit result;
+  for (int i = 0; i < n; ++i) {
+    const auto s = sample(lobe, kAt, given, {uniform(random), uniform(random), uniform(random)}, Transport::kRadiance);
+    if (!s) continue;
+    ++result.succeeded;
+    const int row = std::clamp(static_cast<int>((s->direction.z + 1) / 2 * kRows), 0, kRows - 1);
+    const float phi = std::atan2(s->direction.y, s->direction.x);
+    const int column = std::clamp(static_cast<int>((phi / (2 * kPi) + 0.5f) * kColumns), 0, kColumns - 1);
+    ++counts[static_cast<size_t>(row * kColumns + column)];
+  }
+  result.succeeded /= n;
+  double pooled_expected = 0, pooled_count = 0;
+  const auto add = [&](double expected, double count) {
+    result.chi2 += (count - expected) * (count - expected) / expected;
+    ++result.cells;
+  };
+  for (int row = 0; row < kRows; ++row)
+    for (int column = 0; column < kColumns; ++column) {
+      const int count = counts[static_cast<size_t>(row * kColumns + column)];
+      const int steps = lobe.smooth() || lobe.alpha > 0.3f || lobe.diffuse() ? 12 : lobe.alpha < 0.05f && count > n / 500 ? 400 : count > n / 1000 ? 64 : 16;
+      double sum = 0;
+      for (int a = 0; a < steps; ++a)
+        for (int b = 0; b < steps; ++b) {
+          const float z = 2 * (static_cast<float>(row) + (static_cast<float>(a) + 0.5f) / static_cast<float>(steps)) / kRows - 1;
+          const float phi = 2 * kPi * ((static_cast<float>(column) + (static_cast<float>(b) + 0.5f) / static_cast<float>(steps)) / kColumns - 0.5f);
+          sum += static_cast<double>(pdf_solid_angle(lobe, kAt, given, direction(z, phi)));
+        }
+      const double probability = sum / (steps * steps) * 4 * M_PI / (kRows * kColumns);
+      result.integral += probability;
+      const double expected = probability * n;
+      if (expected >= 8) {
+        add(expected, count);
+      } else {
+        pooled_expected += expected, pooled_count += count;
+      }
+    }
+  if (pooled_expected >= 8) add(pooled_expected, pooled_count);
+  return result;
+}
+
+// Share of the flux that leaves, by sampling: 1 where nothing is absorbed. Radiance is taken back from the index of either side.
+double albedo(const Lobe& lobe, Vec3 given, Transport transport, int n = 1 << 14) {
+  double sum = 0;
+  for (int i = 0; i < n; ++i) {
+    const Sample4 u = Sampler(11, static_cast<uint64_t>(i)).next();
+    const auto s = sample(lobe, kAt, given, {u[0], u[1], u[2]}, transport);
+    if (!s) continue;
+    const bool through = s->direction.z * given.z < 0;
+    const float eta = given.z > 0 ? lobe.ior : 1 / lobe.ior;
+    sum += static_cast<double>(s->weight.x * (through && transport == Transport::kRadiance ? eta * eta : 1.0f));
+  }
+  return sum / n;
+}
+
+// Fresnel's equations as written in textbooks, by angles.
+double textbook_fresnel(double cos_i, double eta) {
+  const double sin_t = std::sqrt(1 - cos_i * cos_i) / eta;
+  if (sin_t >= 1) return 1;
+  const double cos_t = std::sqrt(1 - sin_t * sin_t);
+  const double s = (cos_i - eta * cos_t) / (cos_i + eta * cos_t), p = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+  return 0.5 * (s * s + p * p);
+}
+
+}  // namespace
+
+TEST_CASE("directions are drawn with the density that is claimed") {
+  constexpr int n = 30000;
+  for (const Lobe& lobe : rough_lobes())
+    for (const float cos_given : {0.85f, 0.3f, -0.7f}) {
+      INFO(name(lobe.type));
+      CAPTURE(lobe.roughness);
+      CAPTURE(lobe.ior);
+      CAPTURE(cos_given);
+      const Fit f = fit(lobe, direction(cos_given), n);
+      CHECK(f.integral == doctest::Approx(f.succeeded).epsilon(0.015));
+      CHECK(f.chi2 < f.cells + 5 * std::sqrt(2.0 * f.cells) + 5);
+    }
+}
+
+TEST_CASE("weights are f |cos| / pdf, for camera paths and for photons") {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> uniform;
+  for (const Lobe& lobe : rough_lobes())
+    for (const float cos_given : {0.9f, 0.2f, -0.5f})
+      for (int i = 0; i < 40; ++i) {
+        const Vec3 given = direction(cos_given);
+        const std::array<float, 3> u{uniform(random), uniform(random), uniform(random)};
+        for (const Transport t : {Transport::kRadiance, Transport::kPhoton}) {
+          const auto s = sample(lobe, kAt, given, u, t);
+          if (!s) continue;
+          CHECK(static_cast<double>(length(s->direction)) == doctest::Approx(1).epsilon(1e-5));
+          const float pdf = pdf_solid_angle(lobe, kAt, given, s->direction);
+          const Vec3 f = t == Transport::kPhoton ? evaluate(lobe, kAt, s->direction, given) : evaluate(lobe, kAt, given, s->direction);
+          // A narrow lobe turns the rounding of the direction into a relative error of its density.
+          const double tolerance = lobe.roughness < 0.2f ? 0.05 : 5e-3;
+          CHECK(static_cast<double>(s->pdf_solid_angle) == doctest::Approx(static_cast<double>(pdf)).epsilon(tolerance));
+          CHECK(static_cast<double>(s->weight.x) ==
+                doctest::Approx(static_cast<double>(f.x * std::abs(s->direction.z) / pdf)).epsilon(tolerance));
+        }
+      }
+}
+
+TEST_CASE("lobes are reciprocal, transmission after division by the squared index") {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> uniform(-1, 1);
+  for (const Lobe& lobe : rough_lobes())
+    for (int i = 0; i < 200; ++i) {
+      const Vec3 a = direction(uniform(random), uniform(random) * kPi), b = direction(uniform(random), uniform(random) * kPi);
+      if (std::abs(a.z) < 0.05f || std::abs(b.z) < 0.05f) continue;
+      const auto index2 = [&](Vec3 w) { return w.z > 0 ? 1.0f : lobe.ior * lobe.ior; };
+      const double ab = static_cast<double>(evaluate(lobe, kAt, a, b).x / index2(a));
+      const double ba = static_cast<double>(evaluate(lobe, kAt, b, a).x / index2(b));
+      INFO(name(lobe.type));
+      CAPTURE(lobe.roughness);
+      CHECK(ab == doctest::Approx(ba).epsilon(5e-3).scale(1e-3 + std::abs(ba)));
+    }
+}
+
+TEST_CASE("no lobe gives back more than it gets") {
+  for (const Lobe& lobe : rough_lobes())
+    for (const float c : {0.98f, 0.5f, 0.1f, -0.9f, -0.2f}) {
+      if (lobe.type == LobeType::kRetroDiffuse) continue;  // Disney's diffuse gains up to a few percent at grazing angles
+      INFO(name(lobe.type));
+      CAPTURE(lobe.roughness);
+      CHECK(albedo(lobe, direction(c), Transport::kRadiance) < 1.005);
+      CHECK(albedo(lobe, direction(c), Transport::kPhoton) < 1.005);
+    }
+}
+
+TEST_CASE("the energy that multiple scattering loses is given back") {
+  const AlbedoTable conductor(LobeType::kConductor, 1);
+  for (const float roughness : {0.2f, 0.5f, 0.8f, 1.0f})
+    for (const float c : {0.95f, 0.6f, 0.3f}) {
+      CAPTURE(roughness);
+      CAPTURE(c);
+      Lobe metal = make_lobe(LobeType::kConductor, roughness);
+      metal.multiple_scattering = &conductor;
+      CHECK(albedo(metal, direction(c), Transport::kRadiance) == doctest::Approx(1).epsilon(0.02));
+      const AlbedoTable table(LobeType::kDielectric, 1.5f);
+      Lobe glass = make_lobe(LobeType::kDielectric, roughness);
+      glass.multiple_scattering = &table;
+      CHECK(albedo(glass, direction(c), Transport::kRadiance) == doctest::Approx(1).epsilon(0.02));
+    }
+}
+
+TEST_CASE("photons take along what the camera side would gather") {
+  constexpr int n = 1 << 17;
+  for (const Lobe& lobe : rough_lobes()) {
+    if (lobe.roughness < 0.5f) continue;
+    for (const float c : {0.8f, -0.4f}) {
+      const Vec3 wi = direction(c);
+      double integral = 0;
+      for (int i = 0; i < n; ++i) {
+        const Vec3 wo = sample_sphere(Sampler(2, static_cast<uint64_t>(i)).next().first());
+        integral += static_cast<double>(evaluate(lobe, kAt, wo, wi).x * std::abs(wo.z)) * 4 * M_PI / n;
+      }
+      INFO(name(lobe.type));
+      CAPTURE(lobe.ior);
+      CHECK(albedo(lobe, wi, Transport::kPhoton) == doctest::Approx(integral).epsilon(0.01));
+    }
+  }
+}
+
+TEST_CASE("Fresnel reflectance agrees with the textbook") {
+  for (const float eta : {1.5f, 1 / 1.5f, 1.0f, 2.4f})
+    for (float c = 0.01f; c <= 1; c += 0.01f)
+      CHECK(static_cast<double>(fresnel_dielectric(c, eta)) ==
+            doctest::Approx(textbook_fresnel(static_cast<double>(c), static_cast<double>(eta))).epsilon(2e-4).scale(1));
+  CHECK(fresnel_dielectric(1, 1.5f) == doctest::Approx(0.04));
+  CHECK(fresnel_dielectric(0, 1.5f) == doctest::Approx(1));
+}
+
+TEST_CASE("a smooth interface splits light by Fresnel and Snell") {
+  const Lobe glass = make_lobe(LobeType::kDielectric, 0);
+  for (const float c : {0.99f, 0.6f, 0.2f, -0.95f, -0.8f}) {
+    const Vec3 given = direction(c);
+    const float eta = c > 0 ? 1.5f : 1 / 1.5f;
+    int reflected = 0;
+    for (int i = 0; i < 1000; ++i) {
+      const std::array<float, 3> u{0.5f, 0.5f, (static_cast<float>(i) + 0.5f) / 1000};
+      const auto photon = sample(glass, kAt, given, u, Transport::kPhoton), radiance = sample(glass, kAt, given, u, Transport::kRadiance);
+      REQUIRE((photon && radiance));
+      CHECK((photon->smooth && photon->pdf_solid_angle == 0));
+      CHECK(photon->weight.x == doctest::Approx(1).epsilon(1e-4));
+      const bool back = photon->direction.z * c > 0;
+      reflected += back;
+      CHECK(static_cast<double>(radiance->weight.x) == doctest::Approx(back ? 1.0 : 1.0 / static_cast<double>(eta * eta)).epsilon(1e-4));
+      if (back) continue;
+      CHECK(static_cast<double>(std::hypot(given.x, given.y)) ==
+            doctest::Approx(static_cast<double>(eta * std::hypot(photon->direction.x, photon->direction.y))).epsilon(1e-4));
+      CHECK(given.x * photon->direction.x < 0);
+    }
+    CHECK(reflected / 1000.0 == doctest::Approx(textbook_fresnel(static_cast<double>(std::abs(c)), static_cast<double>(eta))).epsilon(0.002).scale(1));
+  }
+}
+
+TEST_CASE("light inside glass beyond the critical angle is reflected entirely") {
+  for (const float roughness : {0.0f, 0.1f}) {
+    const Lobe glass = make_lobe(LobeType::kDielectric, roughness);
+    for (const float u : {0.0f, 0.5f, 0.999f}) {
+      const auto s = sample(glass, kAt, direction(-0.3f), {0.4f, 0.8f, u}, Transport::kRadiance);
+      REQUIRE(s);
+      CHECK(s->direction.z < 0);
+    }
+  }
+}
+
+TEST_CASE("smooth lobes have no value, and black ones of any kind are never infinite") {
+  const Lobe mirror = make_lobe(LobeType::kConductor, 0);
+  CHECK(is_black(evaluate(mirror, kAt, direction(0.5f), direction(0.5f, 0.4f + kPi))));
+  for (Lobe lobe : rough_lobes()) {
+    lobe.color = lobe.color2 = {};
+    for (const float u : {0.0f, 0.3f, 0.999999f})
+      if (const auto s = sample(lobe, kAt, direction(0.4f), {u, u, u}, Transport::kRadiance)) CHECK(is_finite(s->weight));
+  }
+}
+
+TEST_CASE("no light leaks through where shading and geometric normal disagree") {
+  const ShadingPoint bent{{0, 0, 1}, Frame(normalize({0.8f, 0, 0.6f}))};
+  const Vec3 above_shading_only = normalize({1, 0, -0.2f}), above_both = normalize({0.5f, 0, 1});
+  for (const Lobe& lobe : rough_lobes()) {
+    CHECK(is_black(evaluate(lobe, bent, above_both, above_shading_only)));
+    CHECK(is_black(evaluate(lobe, bent, above_shading_only, above_both)));
+  }
+}
+
+TEST_CASE("photons and camera paths see one lobe on bent normals") {
+  // <camera side, photon side> must be the same by either way of sampling: sum of f |cos_s wi| |cos_g wo| over both directions.
+  const ShadingPoint bent{{0, 0, 1}, Frame(normalize({0.4f, 0.1f, 1}))};
+  constexpr int n = 1 << 16;
+  for (const LobeType type : {LobeType::kDiffuse, LobeType::kConductor}) {
+    const Lobe lobe = make_lobe(type, 0.7f);
+    double camera = 0, photon = 0;
+    for (int i = 0; i < n; ++i) {
+      Sampler sampler(8, static_cast<uint64_t>(i));
+      const Sample4 u = sampler.next(), v = sampler.next();
+      const Vec3 given = sample_cosine_hemisphere(u.first());  // pdf |cos_g| / pi
+      const std::array<float, 3> w{v[0], v[1], v[2]};
+      // A function of both directions that is not symmetric tells them apart.
+      const auto measure = [](Vec3 wo, Vec3 wi) { return static_cast<double>((1 + wo.x) * (2 + wi.y)); };
+      if (const auto s = sample(lobe, bent, given, w, Transport::kRadiance))
+        camera += static_cast<double>(s->weight.x) * measure(given, s->direction);
+      if (const auto s = sample(lobe, bent, given, w, Transport::kPhoton))
+        photon += static_cast<double>(s->weight.x) * measure(s->direction, given);
+    }
+    INFO(name(type));
+    CHECK(camera == doctest::Approx(photon).epsilon(0.02));
+  }
+}

@@ -1,0 +1,217 @@
+"""Radiance and power against closed forms: furnaces, lamps, powers."""
+
+import numpy as np
+import pytest
+from scenes import (DOWN, Scene, area, at, box, check, diffuse, emission, floor, glass, means, quad, render, sphere, sun_frame)
+from sppm import native
+from sppm.scene_desc import LightFlags, LightType
+
+RHO = 0.6
+DEEP = 1024  # vertices of a path: as good as endless
+
+
+# ---------------------------------------------------------------- furnaces
+
+
+@pytest.mark.parametrize("albedo", [0.2, 0.5, 0.8])
+def test_furnace(albedo):
+    """A closed box of walls that emit 1 and reflect `albedo` holds 1 / (1 - albedo): emission, one and many reflections."""
+    scene = Scene().add(box((-1, -1, -1), (1, 1, 1)), diffuse(albedo), emission(1)).camera(at(0, 0, 0), 0.3)
+    found = means(scene, "Combined", "Direct", "Indirect", "Caustics", iterations=8, photons_per_iteration=5000, max_depth=DEEP,
+                  initial_radius=0.3)
+    check(found[:, 0], 1 / (1 - albedo))
+    check(found[:, 1], 1 + albedo)
+    check(found[:, 2], albedo**2 / (1 - albedo))
+    assert not found[:, 3].any()
+
+
+def test_furnace_with_glass_ball():
+    """Glass that absorbs nothing changes no radiance in a furnace, seen from the wall's side or through the ball."""
+    scene = Scene().add(box((-1, -1, -1), (1, 1, 1)), diffuse(0.5), emission(1))
+    ball = sphere(0.5, divisions=3)
+    scene.add(ball, glass(1.5)).camera(at(0, 0, 0.9), 0.2)
+    check(means(scene, "Combined", iterations=8, photons_per_iteration=5000, max_depth=DEEP, initial_radius=0.3), 2)
+
+
+@pytest.mark.parametrize("albedo", [0.3, 0.7])
+def test_sphere_lit_from_its_centre(albedo):
+    """All power ends in the wall: its irradiance is 4 pi I / (area (1 - albedo)), the same at all points of a sphere.
+
+    Of the sphere's 8192 flat triangles no point is off by more than the corners are: (R / distance)^3 - 1 of the largest.
+    """
+    shape = sphere(2, divisions=5)
+    a, b, c = shape[0][shape[1]].transpose(1, 0, 2)
+    tessellation = (2 / np.linalg.norm((a + b + c) / 3, axis=1)).max() ** 3 - 1
+    scene = Scene().add(shape, diffuse(albedo)).light(LightType.POINT, DOWN, 7).camera(at(0.1, 0.2, 0.3), 0.5)
+    found = means(scene, "Combined", iterations=8, photons_per_iteration=10000, max_depth=DEEP, initial_radius=0.5)
+    check(found, 4 * 7 * albedo / (area(*shape) * (1 - albedo)), bias=tessellation)
+
+
+# ---------------------------------------------------------------- lamps on a floor
+
+
+def lit_floor(x=0.0):
+    """A floor seen at the point (x, 0) alone."""
+    return Scene().add(floor(5), diffuse(RHO)).above(1, 1e-4, x)
+
+
+def direct(scene, iterations=64):
+    return means(scene, "Direct", iterations=iterations, photons_per_iteration=1)
+
+
+@pytest.mark.parametrize("radius", [0.0, 0.5])
+@pytest.mark.parametrize("x", [0.0, 1.5])
+def test_point_lamp(radius, x):
+    """A sphere that shines evenly lights a floor that sees all of it as the point at its centre does."""
+    d2 = x * x + 4
+    found = direct(lit_floor(x).light(LightType.POINT, at(0, 0, 2), 10, radius=radius))
+    check(found, 10 * RHO / np.pi * (2 / np.sqrt(d2)) / d2)
+
+
+@pytest.mark.parametrize("radius", [0.0, 0.1])
+def test_spot_inside_its_cone(radius):
+    found = direct(lit_floor(0.5).light(LightType.SPOT, at(0, 0, 2), 10, angle=1.2, radius=radius))
+    check(found, 10 * RHO / np.pi * 2 / 4.25**1.5)
+
+
+@pytest.mark.parametrize("flags", [LightFlags.NONE, LightFlags.SPOT_COSINE])
+def test_spot_in_its_soft_edge(flags):
+    cosine, half = 2 / np.sqrt(4.25), np.cos(0.3)
+    t = (cosine - half) / ((1 - half) * 0.9)
+    factor = t * t * (3 - 2 * t) * (cosine if flags else 1)
+    found = direct(lit_floor(0.5).light(LightType.SPOT, at(0, 0, 2), 10, angle=0.6, blend=0.9, flags=flags))
+    check(found, 10 * RHO / np.pi * 2 / 4.25**1.5 * factor)
+
+
+def test_spot_outside_its_cone():
+    assert not direct(lit_floor(1.5).light(LightType.SPOT, at(0, 0, 2), 10, angle=1.2)).any()
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.01, 0.6])
+@pytest.mark.parametrize("theta", [0.0, 1.0])
+def test_sun(angle, theta):
+    found = direct(lit_floor().light(LightType.SUN, sun_frame(theta), 3, angle=angle))
+    check(found, 3 * np.cos(theta) * RHO / np.pi)
+
+
+def irradiance_of_area_lamp(x, height, size_x, size_y, ellipse):
+    """Of radiance 1 on the floor at (x, 0), the lamp parallel to it above the origin: midpoint rule, a million points."""
+    n = 1000
+    u, v = np.meshgrid(*[(np.arange(n) + 0.5) / n] * 2)
+    if ellipse:
+        r, phi = np.sqrt(u), 2 * np.pi * v
+        px, py, whole = r * np.cos(phi) * size_x / 2, r * np.sin(phi) * size_y / 2, np.pi * size_x * size_y / 4
+    else:
+        px, py, whole = (u - 0.5) * size_x, (v - 0.5) * size_y, size_x * size_y
+    return whole * np.mean(height**2 / ((px - x) ** 2 + py**2 + height**2) ** 2)
+
+
+@pytest.mark.parametrize("x", [0.0, 1.0])
+@pytest.mark.parametrize("kind", [LightType.RECTANGLE, LightType.ELLIPSE])
+def test_area_lamp(kind, x):
+    found = direct(lit_floor(x).light(kind, at(0, 0, 0.7), 2, size_x=1.5, size_y=0.4))
+    check(found, 2 * RHO / np.pi * irradiance_of_area_lamp(x, 0.7, 1.5, 0.4, kind == LightType.ELLIPSE))
+
+
+def test_area_lamp_is_dark_behind():
+    up = at(0, 0, 0.7) * np.array([1, 1, -1, 1])
+    assert not direct(lit_floor().light(LightType.RECTANGLE, up, 2, size_x=1, size_y=1)).any()
+
+
+@pytest.mark.parametrize("x", [0.0, 1.0])
+def test_emitting_mesh_is_the_area_lamp(x):
+    corners = [(-0.75, -0.2, 0.7), (0.75, -0.2, 0.7), (0.75, 0.2, 0.7), (-0.75, 0.2, 0.7)]
+    scene = Scene().add(floor(5), diffuse(RHO)).add(quad(corners), emission(2)).above(0.5, 1e-4, x)
+    check(direct(scene), 2 * RHO / np.pi * irradiance_of_area_lamp(x, 0.7, 1.5, 0.4, False))
+
+
+def test_constant_world():
+    check(direct(lit_floor_under(Scene(world=1.7))), 1.7 * RHO)
+
+
+def lit_floor_under(scene):
+    return scene.add(floor(5), diffuse(RHO)).above(1, 1e-4)
+
+
+def test_many_lamps_add_up():
+    """Strong and weak, near and far: whichever is chosen for a sample, the sum is that of all."""
+    scene = lit_floor_under(Scene(world=0.1)).light(LightType.SUN, sun_frame(0.5), 0.5, angle=0.1)
+    for i, intensity in enumerate((1, 10, 100)):
+        scene.light(LightType.POINT, at(0, 0, 1 + i), intensity)
+    expected = RHO / np.pi * (1 + 10 / 4 + 100 / 9 + 0.5 * np.cos(0.5) + 0.1 * np.pi)
+    check(direct(scene, iterations=256), expected)
+
+
+# ---------------------------------------------------------------- powers
+
+COLOR = (2.0, 3.0, 5.0)
+LUMINANCE = float(np.dot(COLOR, (0.2126, 0.7152, 0.0722)))
+BOUNDS_RADIUS2 = 1.0 + 4.0 + 9.0  # of the box from (-1, -2, -3) to (1, 2, 3)
+
+
+def power(scene):
+    scene.camera(at(0, 0, 9), 1)
+    with native.Scene(scene.desc) as built:
+        return built.info()["light_power"]
+
+
+def test_power_of_lamps():
+    scaled = np.diag([2.0, 3.0, 1.0, 1.0])[:3]
+    half = np.cos(0.3)
+    # The smoothstep has mean 1/2 over its edge, which takes the share `blend` of the cone's 1 - cos.
+    for kind, expected, rest in (
+        (LightType.POINT, 4 * np.pi, {"radius": 0.3}),
+        (LightType.SPOT, 2 * np.pi * (1 - half), {"angle": 0.6}),
+        (LightType.SPOT, 2 * np.pi * (1 - half) * (1 - 0.4 / 2), {"angle": 0.6, "blend": 0.4}),
+        (LightType.SPOT, np.pi * (1 - half**2), {"angle": 0.6, "flags": LightFlags.SPOT_COSINE}),
+        (LightType.RECTANGLE, np.pi * 0.5 * 0.25 * 6, {"size_x": 0.5, "size_y": 0.25, "transform": scaled}),
+        (LightType.ELLIPSE, np.pi * np.pi / 4 * 0.5 * 0.25 * 6, {"size_x": 0.5, "size_y": 0.25, "transform": scaled}),
+    ):
+        transform = rest.pop("transform", DOWN)
+        assert power(Scene().light(kind, transform, COLOR, **rest)) == pytest.approx(expected * LUMINANCE, rel=1e-5), (kind, rest)
+
+
+def test_power_of_emitting_mesh():
+    """Both sides of every triangle."""
+    scene = Scene().add(box((-1, -2, -3), (1, 2, 3)), emission(4))
+    assert power(scene) == pytest.approx(2 * np.pi * 4 * 2 * (8 + 12 + 24), rel=1e-5)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.2])
+def test_power_of_sun(angle):
+    """What passes the bounding sphere, which the library makes 0.1 % larger than the box's."""
+    scene = Scene().add(box((-1, -2, -3), (1, 2, 3)), diffuse(0.5)).light(LightType.SUN, sun_frame(0.3), COLOR, angle=angle)
+    assert power(scene) == pytest.approx(np.pi * BOUNDS_RADIUS2 * 1.001**2 * LUMINANCE, rel=1e-5)
+
+
+def test_power_of_world():
+    scene = Scene(world=4).add(box((-1, -2, -3), (1, 2, 3)), diffuse(0.5))
+    assert power(scene) == pytest.approx(4 * np.pi * 4 * np.pi * BOUNDS_RADIUS2 * 1.001**2, rel=1e-5)
+
+
+def test_photons_carry_the_power_of_every_lamp():
+    """In a closed box of albedo a without glass the photons' part has the power P a^2 / (1 - a) per area, whatever the lamp.
+
+    The mean over all walls is not seen by one camera: six look at whole walls. At the rims, where a search disk reaches beyond its
+    wall, the estimate lacks at most the share 4 r / (3 pi) of a strip as wide as r.
+    """
+    a, size, radius = 0.5, 64, 0.05
+    for kind, rest, watts in (
+        (LightType.POINT, {}, 4 * np.pi), (LightType.SPOT, {"angle": 1.0, "blend": 0.5}, 2 * np.pi * (1 - np.cos(0.5)) * 0.75),
+        (LightType.RECTANGLE, {"size_x": 0.5, "size_y": 0.3}, np.pi * 0.15), (LightType.POINT, {"radius": 0.2}, 4 * np.pi),
+    ):
+        scene = Scene().add(box((-1, -1, -1), (1, 1, 1)), diffuse(a)).light(kind, at(0.2, 0.1, 0.3), 1, **rest)
+        rows = []
+        for seed in range(4):
+            walls = []
+            for axis in range(3):
+                for sign in (-1, 1):
+                    back = np.roll([sign, 0, 0], axis).astype(float)
+                    right = np.roll(np.eye(3)[1], axis)
+                    frame = np.stack([right, np.cross(back, right), back, 0 * back], axis=1)
+                    scene.camera(frame, 1, size)
+                    picture = render(scene, "Indirect", iterations=2, photons_per_iteration=10000, initial_radius=radius,
+                                     seed=seed, max_depth=DEEP, pixel_filter="BOX", filter_width=1.0)
+                    walls.append(picture.mean())
+            rows.append(np.mean(walls))
+        check(rows, watts * a**2 / (1 - a) / np.pi / 24, bias=4 * radius * 4 / (3 * np.pi) / 2)
