@@ -20,7 +20,8 @@ Camera::Camera(const SppmCameraDesc& d) {
   if (d.region_width == 0) {
     region_width = d.width, region_height = d.height;
   } else {
-    require(d.region_height > 0 && d.region_x + d.region_width <= d.width && d.region_y + d.region_height <= d.height,
+    require(d.region_height > 0 && d.region_width <= d.width && d.region_x <= d.width - d.region_width && d.region_height <= d.height &&
+                d.region_y <= d.height - d.region_height,
             "camera: region must lie within the image");
     region_x = d.region_x, region_y = d.region_y, region_width = d.region_width, region_height = d.region_height;
   }

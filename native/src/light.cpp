@@ -20,6 +20,9 @@ float smoothstep(float x) {
   return t * t * (3 - 2 * t);
 }
 
+// True for lamps whose light on rough surfaces is direct light's alone: a scattered ray would not meet them, or be shadowed.
+bool direct_only(uint32_t flags) { return flags & (SPPM_LIGHT_HIDDEN_FROM_SPECULAR | SPPM_LIGHT_NO_SHADOW); }
+
 // 1 - cos(angle), exact for small angles.
 float versine(float angle) { return 2 * square(std::sin(angle / 2)); }
 
@@ -213,7 +216,8 @@ std::optional<DirectSample> Lights::sample_lamp(const Lamp& lamp, Vec3 p, Vec2 u
 
 std::optional<EmittedLight> Lights::lamp_along(uint32_t i, Vec3 origin, Vec3 direction, float near, float far) const {
   const Lamp& lamp = lamps_[i];
-  const float choice = for_direct_.probability(lamp_entry_[i]);
+  // Infinite where direct light takes all: the weight of a rough surface's ray is then 0.
+  const float choice = direct_only(lamp.flags) ? kInfinity : for_direct_.probability(lamp_entry_[i]);
   const Vec3 to_center = lamp.position - origin;
   if (lamp.type == SPPM_LIGHT_POINT || lamp.type == SPPM_LIGHT_SPOT) {
     const float d2 = length_squared(to_center), r2 = square(lamp.radius);
@@ -241,8 +245,8 @@ std::optional<EmittedLight> Lights::sun_along(uint32_t i, Vec3 direction) const 
   const Lamp& lamp = lamps_[i];
   const float off = 0.5f * length_squared(direction + lamp.axis);  // 1 - cos to the sun's centre
   if (off > lamp.one_minus_cos) return std::nullopt;
-  return EmittedLight{lamp.emission / (kPi * lamp.one_minus_cos * (2 - lamp.one_minus_cos)),
-                      for_direct_.probability(lamp_entry_[i]) / (2 * kPi * lamp.one_minus_cos)};
+  const float choice = direct_only(lamp.flags) ? kInfinity : for_direct_.probability(lamp_entry_[i]);
+  return EmittedLight{lamp.emission / (kPi * lamp.one_minus_cos * (2 - lamp.one_minus_cos)), choice / (2 * kPi * lamp.one_minus_cos)};
 }
 
 Vec3 Lights::triangle_emission(const EmissiveTriangle& t, Vec2 b) const {
@@ -297,6 +301,7 @@ std::optional<DirectSample> Lights::sample_direct(Vec3 p, const Sample4& u) cons
                                             : sample_world(u.first());
   if (!s || !(s->pdf > 0) || !std::isfinite(s->pdf) || is_black(s->radiance)) return std::nullopt;
   s->pdf *= for_direct_.probability(i);
+  if (entry.kind == Kind::kLamp) s->delta |= direct_only(lamps_[entry.index].flags);
   return s;
 }
 
@@ -390,7 +395,11 @@ Vec3 Lights::world_radiance(Vec3 d) const {
   if (world_image_ == 0) return world_factor_;
   const auto& r = world_rotation_;
   const Vec3 turned{r[0] * d.x + r[1] * d.y + r[2] * d.z, r[3] * d.x + r[4] * d.y + r[5] * d.z, r[6] * d.x + r[7] * d.y + r[8] * d.z};
-  return world_factor_ * max(textures_->image(world_image_).sample(direction_to_map(turned), SPPM_LINEAR_FILTER, SPPM_REPEAT).color, {});
+  const Image& image = textures_->image(world_image_);
+  Vec2 uv = direction_to_map(turned);
+  const float half_texel = 0.5f / static_cast<float>(image.height());
+  uv.y = std::clamp(uv.y, half_texel, 1 - half_texel);  // around the sphere it repeats, from pole to pole it does not
+  return world_factor_ * max(image.sample(uv, SPPM_LINEAR_FILTER, SPPM_REPEAT).color, {});
 }
 
 void Lights::build_world_distribution() {

@@ -72,7 +72,7 @@ void Materials::lobes(uint32_t id, const SurfaceAttributes& at, Bsdf& bsdf) cons
     const Vec3 weight = max(c.weight.color(*textures_, at), {});
     const float roughness = std::clamp(c.roughness.scalar(*textures_, at), 0.0f, 1.0f);
     if (!is_black(weight)) {
-      Lobe& lobe = bsdf.lobes[bsdf.count++];
+      Lobe lobe;
       lobe.type = lobe_type(c.type, c.flags);
       lobe.weight = weight;
       lobe.color = max(c.color.color(*textures_, at), {});
@@ -83,6 +83,7 @@ void Materials::lobes(uint32_t id, const SurfaceAttributes& at, Bsdf& bsdf) cons
       lobe.multiple_scattering = lobe.alpha > 0 ? c.multiple_scattering : nullptr;
       lobe.cover = cover;
       lobe.cover_roughness = cover_roughness;
+      bsdf.lobes[static_cast<size_t>(bsdf.count++)] = lobe;
     }
     if (c.cover && !is_black(weight)) cover = c.cover, cover_roughness = roughness;
   }

@@ -16,9 +16,14 @@ inline constexpr int kMaxClosures = 16;
 
 // The scattering of one surface point.
 struct Bsdf {
+  explicit Bsdf(const ShadingPoint& point) : at(point) {}
+
   ShadingPoint at;
-  std::array<Lobe, kMaxClosures> lobes;
   int count = 0;
+  // Only the first `count` exist: clearing room for all of them at every hit costs as much as a ray.
+  union {
+    std::array<Lobe, kMaxClosures> lobes;
+  };
 
   const Lobe* begin() const { return lobes.data(); }
   const Lobe* end() const { return lobes.data() + count; }

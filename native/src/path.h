@@ -13,17 +13,14 @@ inline constexpr int kMostPasses = 256;
 
 // Probabilities with which a path goes on.
 struct LobeChoice {
-  std::array<float, kMaxClosures> probability{};
+  std::array<float, kMaxClosures> probability;  // of the lobes that there are
   float through = 0;  // straight on
 
   LobeChoice(const Bsdf& bsdf, Vec3 transparency, Vec3 from) {
     through = luminance(transparency);
     float sum = through;
     for (int i = 0; i < bsdf.count; ++i) sum += probability[i] = estimated_albedo(bsdf.lobes[i], bsdf.at, from);
-    if (!(sum > 0)) {
-      through = 0;
-      return;
-    }
+    if (!(sum > 0)) sum = 1;
     for (int i = 0; i < bsdf.count; ++i) probability[i] /= sum;
     through /= sum;
   }

@@ -164,7 +164,7 @@ Vec3 Scene::transmittance(Ray ray, uint64_t& rays) const {
 }
 
 Bsdf Scene::bsdf(const SurfacePoint& s) const {
-  Bsdf bsdf{{s.ng, Frame(s.ns)}, {}, 0};
+  Bsdf bsdf(ShadingPoint{s.ng, Frame(s.ns)});
   materials.lobes(s.material, s.attributes, bsdf);
   return bsdf;
 }

@@ -20,7 +20,11 @@ GREY = (0.5, 0.45, 0.4)
 @pytest.fixture
 def stage():
     """A grey floor with two boxes on it, seen from above the front; no light."""
-    scene = blender_scene.start(SIZE, SIZE, iterations=SAMPLES)
+    scene = blender_scene.start(SIZE, SIZE, iterations=2 * SAMPLES)
+    # Light near an edge is blurred over the search radius, 3 pixels at first: of pictures this small, 1 to 2 % of the corner under a box.
+    # With a third of it that bias is below 0.5 %, and with this many photons the noise of a part as well.
+    scene.sppm.initial_radius = 0.02
+    scene.sppm.photons_per_iteration = 2 * SIZE * SIZE
     floor = make_scenes.diffuse("Floor", GREY)
     make_scenes.add_floor(6.0, floor)
     make_scenes.add_box("Left", (-0.4, 0.2, 0.4), (0.5, 0.5, 0.8), make_scenes.diffuse("Red", (0.5, 0.2, 0.15)), turn=25)
@@ -112,8 +116,7 @@ def test_light(stage, add_light, tmp_path):
 
 
 def test_two_lights(stage, tmp_path):
-    """Photons choose between lights of very different power; those of sun and world spread over the whole scene, so more of them."""
-    bpy.context.scene.sppm.photons_per_iteration = 4 * SIZE * SIZE
+    """Photons choose between lights of very different power."""
     add_point()
     sun(1.0)
     world_constant()

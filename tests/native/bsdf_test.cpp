@@ -196,7 +196,7 @@ TEST_CASE("the energy that multiple scattering loses is given back") {
       Lobe metal = make_lobe(LobeType::kConductor, roughness);
       metal.multiple_scattering = &conductor;
       CHECK(albedo(metal, direction(c), Transport::kRadiance) == doctest::Approx(1).epsilon(0.02));
-      const AlbedoTable table(LobeType::kDielectric, 1.5f);
+      static const AlbedoTable table(LobeType::kDielectric, 1.5f);
       Lobe glass = make_lobe(LobeType::kDielectric, roughness);
       glass.multiple_scattering = &table;
       CHECK(albedo(glass, direction(c), Transport::kRadiance) == doctest::Approx(1).epsilon(0.02));

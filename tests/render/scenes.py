@@ -177,7 +177,7 @@ def check(values, expected, precision=0.01, bias=0.0):
 
 def fresnel(cos_i, ior):
     """Reflectance for unpolarised light; `ior` of the far side over the near side."""
-    cos_i = np.asarray(cos_i, float)
+    cos_i = np.maximum(cos_i, 1e-12)
     sin2_t = (1 - cos_i**2) / ior**2
     cos_t = np.sqrt(np.maximum(0, 1 - sin2_t))
     s = (cos_i - ior * cos_t) / (cos_i + ior * cos_t)

@@ -17,11 +17,11 @@ DEEP = 1024  # vertices of a path: as good as endless
 def test_furnace(albedo):
     """A closed box of walls that emit 1 and reflect `albedo` holds 1 / (1 - albedo): emission, one and many reflections."""
     scene = Scene().add(box((-1, -1, -1), (1, 1, 1)), diffuse(albedo), emission(1)).camera(at(0, 0, 0), 0.3)
-    found = means(scene, "Combined", "Direct", "Indirect", "Caustics", iterations=8, photons_per_iteration=5000, max_depth=DEEP,
+    found = means(scene, "Combined", "Direct", "Indirect", "Caustics", iterations=8, photons_per_iteration=30000, max_depth=DEEP,
                   initial_radius=0.3)
     check(found[:, 0], 1 / (1 - albedo))
     check(found[:, 1], 1 + albedo)
-    check(found[:, 2], albedo**2 / (1 - albedo))
+    check(found[:, 2], albedo**2 / (1 - albedo), precision=0.015)
     assert not found[:, 3].any()
 
 
@@ -192,10 +192,10 @@ def test_power_of_world():
 def test_photons_carry_the_power_of_every_lamp():
     """In a closed box of albedo a without glass the photons' part has the power P a^2 / (1 - a) per area, whatever the lamp.
 
-    The mean over all walls is not seen by one camera: six look at whole walls. At the rims, where a search disk reaches beyond its
-    wall, the estimate lacks at most the share 4 r / (3 pi) of a strip as wide as r.
+    Six cameras look at the six walls, whole. Along the four rims of a wall of side 2, where search disks of radius r reach beyond it,
+    a strip as wide as r, the share 2 r of the wall, lacks 2 / (3 pi) of its photons, the mean of the disks' segments.
     """
-    a, size, radius = 0.5, 64, 0.05
+    a, size, radius = 0.5, 64, 0.02
     for kind, rest, watts in (
         (LightType.POINT, {}, 4 * np.pi), (LightType.SPOT, {"angle": 1.0, "blend": 0.5}, 2 * np.pi * (1 - np.cos(0.5)) * 0.75),
         (LightType.RECTANGLE, {"size_x": 0.5, "size_y": 0.3}, np.pi * 0.15), (LightType.POINT, {"radius": 0.2}, 4 * np.pi),
@@ -214,4 +214,4 @@ def test_photons_carry_the_power_of_every_lamp():
                                      seed=seed, max_depth=DEEP, pixel_filter="BOX", filter_width=1.0)
                     walls.append(picture.mean())
             rows.append(np.mean(walls))
-        check(rows, watts * a**2 / (1 - a) / np.pi / 24, bias=4 * radius * 4 / (3 * np.pi) / 2)
+        check(rows, watts * a**2 / (1 - a) / np.pi / 24, bias=2 * radius * 2 / (3 * np.pi))

@@ -1,0 +1,176 @@
+"""Light through glass and water against Fresnel's formulas and against a path tracer of the test's own."""
+
+import numpy as np
+import pytest
+from scenes import DOWN, Scene, at, box, check, diffuse, floor, fresnel, glass, means, render, slab_transmittance, sphere, sun_frame
+from sppm.scene_desc import ClosureFlags, LightType
+
+RHO = 0.5
+IOR = 1.5
+
+
+def under_plate(*closures, world=None):
+    """A small floor under a wide closed plate, seen from between the two."""
+    return Scene(world).add(floor(1), diffuse(RHO)).add(box((-2, -2, 0.5), (2, 2, 0.7)), *closures).above(0.4, 0.3)
+
+
+# ---------------------------------------------------------------- plates
+
+
+@pytest.mark.parametrize("theta", [0.0, 0.5, 1.0])
+def test_sun_through_plate(theta):
+    """What the plate lets through of a parallel beam, its inner reflections summed to the end."""
+    scene = under_plate(glass(IOR)).light(LightType.SUN, sun_frame(theta), 3)
+    found = means(scene, "Caustics", "Direct", iterations=8, photons_per_iteration=20000, initial_radius=0.1)
+    check(found[:, 0], 3 * np.cos(theta) * RHO / np.pi * slab_transmittance(np.cos(theta), IOR))
+    assert not found[:, 1].any()  # glass is not transparent for shadow rays
+
+
+def transmitted_from_hemisphere():
+    """The share of a constant environment's irradiance that a plate lets through: midpoint rule in cos^2."""
+    return slab_transmittance(np.sqrt((np.arange(100000) + 0.5) / 100000), IOR).mean()
+
+
+def test_sky_through_plate():
+    """The floor near the origin sees the plate but for the directions below atan(0.5 / 1.7): the plate is cut to the floor's lower side.
+
+    Light that enters by the plate's rim meets its faces beyond the angle of total reflection, so none leaves through the lower face.
+    """
+    scene = Scene(world=1).add(floor(1), diffuse(RHO)).add(box((-3, -3, 0.02), (3, 3, 0.1)), glass(IOR)).above(0.015, 0.3)
+    found = means(scene, "Caustics", iterations=8, photons_per_iteration=20000, initial_radius=0.1)
+    check(found, RHO * transmitted_from_hemisphere(), bias=(0.02 / 2.7) ** 2 * 2)
+
+
+def area_irradiance(height, half, transmittance=lambda cos: 1.0):
+    """At the origin below a square lamp of radiance 1: midpoint rule."""
+    x, y = np.meshgrid(*[(np.arange(400) + 0.5) / 400 * 2 * half - half] * 2)
+    d2 = x**2 + y**2 + height**2
+    return np.mean(height**2 / d2**2 * transmittance(height / np.sqrt(d2))) * (2 * half) ** 2
+
+
+def test_camera_and_photons_see_the_same_plate():
+    """A lit floor seen through a plate is dimmed as a floor lit through it: both by the transmittance at normal incidence."""
+    t = slab_transmittance(1, IOR)
+    lamp = dict(size_x=0.2, size_y=0.2)
+    seen = Scene().add(floor(1), diffuse(RHO)).add(box((-2, -2, 0.5), (2, 2, 0.7)), glass(IOR)).above(0.9, 0.001)
+    seen.light(LightType.RECTANGLE, at(0, 0, 0.4), 5, **lamp)
+    check(means(seen, "Direct", iterations=64, photons_per_iteration=1), RHO / np.pi * 5 * area_irradiance(0.4, 0.1) * t)
+    # A lamp far above, so that all its light comes at less than 0.01 from the normal and the plate's shift of the image is small:
+    # the thickness d of glass brings the lamp nearer by d (1 - 1 / n).
+    lit = under_plate(glass(IOR)).light(LightType.SPOT, at(0, 0, 30), 1000, angle=0.06)
+    found = means(lit, "Caustics", iterations=4, photons_per_iteration=20000, initial_radius=0.1)
+    check(found, RHO / np.pi * 1000 / (30 - 0.2 * (1 - 1 / IOR)) ** 2 * t, bias=2 * (0.3**2 * 2 / 3) / 30**2 + 1e-3)
+
+
+def test_refraction_only_loses_nothing():
+    scene = under_plate(glass(IOR, flags=ClosureFlags.REFRACTION_ONLY)).light(LightType.SUN, DOWN, 3)
+    check(means(scene, "Caustics", iterations=8, photons_per_iteration=20000, initial_radius=0.1), 3 * RHO / np.pi)
+
+
+@pytest.mark.parametrize("roughness", [0.02, 0.15])
+def test_slightly_rough_plate_is_nearly_smooth(roughness):
+    """Facets tilted by up to a few times alpha = roughness^2 <= 0.0225 change R, flat at normal incidence, by terms of alpha^2."""
+    scene = under_plate(glass(IOR, roughness)).light(LightType.SUN, DOWN, 3)
+    found = means(scene, "Caustics", iterations=8, photons_per_iteration=20000, initial_radius=0.1)
+    check(found, 3 * RHO / np.pi * slab_transmittance(1, IOR), bias=4 * roughness**4)
+
+
+@pytest.mark.parametrize("roughness", [0.0, 0.1, 0.5, 1.0])
+def test_nothing_is_gained_in_an_environment(roughness):
+    """A glass ball in an even environment is invisible where it is smooth; where it is rough, single scattering loses a share."""
+    scene = Scene(world=1).add(sphere(1, divisions=3), glass(IOR, roughness)).camera(at(0, 0, 3), 0.2)
+    found = means(scene, "Combined", iterations=64, photons_per_iteration=1, max_depth=1024)
+    if roughness < 0.3:
+        check(found, 1, bias=roughness**2)
+    else:
+        assert 0.5 < found.mean() < 1 + 4 * found.std(ddof=1)
+
+
+# ---------------------------------------------------------------- the caustic of a ball
+
+
+def traced_ball_caustic(rng, count, radius, height, ior):
+    """Where light of a vertical sun that enters a ball meets the floor below it: distances from the axis and weights.
+
+    A Monte Carlo tracer of its own, with analytic spheres. The weights are [W] at irradiance 1 and sum to what arrives.
+    """
+    r, phi = radius * np.sqrt(rng.random(count)), 2 * np.pi * rng.random(count)
+    p = np.stack([r * np.cos(phi), r * np.sin(phi), np.sqrt(radius**2 - r**2)], axis=1)  # relative to the ball's centre
+    d = np.broadcast_to([0.0, 0.0, -1.0], p.shape).copy()
+    distances = []
+    inside = np.zeros(count, bool)
+    while len(p):
+        n = p / radius * np.where(inside, -1, 1)[:, None]  # against the ray
+        eta = np.where(inside, 1 / ior, ior)
+        cos_i = -(d * n).sum(1)
+        reflect = rng.random(len(p)) < fresnel(cos_i, eta)
+        cos_t = np.sqrt(np.maximum(0, 1 - (1 - cos_i**2) / eta**2))
+        reflected = d + 2 * cos_i[:, None] * n
+        refracted = d / eta[:, None] + (cos_i / eta - cos_t)[:, None] * n
+        d = np.where(reflect[:, None], reflected, refracted)
+        inside = inside ^ ~reflect
+        out = ~inside
+        falling = out & (d[:, 2] < 0)
+        t = (-height - p[falling, 2]) / d[falling, 2]
+        distances.append(np.hypot(*(p[falling] + t[:, None] * d[falling])[:, :2].T))
+        p, d = p[inside], d[inside]
+        p = p - 2 * (p * d).sum(1, keepdims=True) * d  # the other end of the chord
+        inside = np.ones(len(p), bool)
+    return np.concatenate(distances), np.pi * radius**2 / count
+
+
+def test_caustic_of_a_ball_in_rings():
+    """Irradiance in rings around the axis, as the renderer and as the test's tracer have it.
+
+    What the search radius r blurs is bounded by the change that a shift of all hits by r in or out makes to a ring.
+    """
+    radius, height, search, size = 0.5, 0.6, 0.012, 64
+    edges = np.array([0.0, 0.1, 0.2, 0.35, 0.45])
+    shape = sphere(radius, (0, 0, height), divisions=6)
+    normals = ((shape[0] - [0, 0, height]) / radius).astype(np.float32)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    scene = Scene().add(floor(1.2), diffuse(RHO)).add(shape, glass(IOR), normals=normals).light(LightType.SUN, DOWN, 1)
+    scene.above(0.09, 0.5, size=size)
+    x, y = np.meshgrid(*[(np.arange(size) + 0.5) / size - 0.5] * 2)
+    ring = np.digitize(np.hypot(x, y), edges) - 1
+    rows = []
+    for seed in range(6):
+        picture = render(scene, "Caustics", iterations=6, photons_per_iteration=60000, initial_radius=search, seed=seed, max_depth=64,
+                         pixel_filter="BOX", filter_width=1.0)[..., 0] * np.pi / RHO
+        rows.append([picture[ring == i].mean() for i in range(len(edges) - 1)])
+    rows = np.array(rows)
+
+    areas = np.pi * np.diff(edges**2)
+    hits, weight = traced_ball_caustic(np.random.default_rng(5), 2_000_000, radius, height, IOR)
+
+    def profile(distances):
+        return np.histogram(distances, edges)[0] * weight / areas
+
+    expected = profile(hits)
+    blur = np.maximum(abs(profile(np.abs(hits - search)) - expected), abs(profile(hits + search) - expected))
+    for i in range(len(areas)):
+        check(rows[:, i], expected[i], bias=blur[i] / expected[i])
+    inner = areas / areas.sum()
+    check(rows @ inner, expected @ inner, bias=0.02)
+
+
+# ---------------------------------------------------------------- water
+
+
+def test_sun_in_a_pool():
+    """One sheet of water over a floor: in with T, out with T / n^2; then what the sheet throws back of the floor's light.
+
+    The sheet reflects the share F of diffuse light from below, so all photons after those of the sun itself make
+    k / (1 - k), k = rho F, of it. Beyond the pool's edge light is lost: at most the share cos^2 of the directions that go there.
+    """
+    ior, rho, depth, half = 1.33, 0.3, 0.04, 1.2
+    cos = np.sqrt((np.arange(100000) + 0.5) / 100000)
+    k = rho * fresnel(cos, 1 / ior).mean()
+    t = 1 - fresnel(1, ior)
+    scene = Scene().add(floor(half), diffuse(rho)).add(floor(half, depth), glass(ior)).light(LightType.SUN, DOWN, 3)
+    scene.above(0.5, 0.2)
+    found = means(scene, "Caustics", "Indirect", iterations=16, photons_per_iteration=20000, initial_radius=0.1, max_depth=64)
+    expected = 3 * t * rho / np.pi * t / ior**2
+    lost = (2 * depth / np.hypot(2 * depth, half - 0.3)) ** 2 * rho / k
+    check(found[:, 0], expected)
+    check(found[:, 1], expected * k / (1 - k), precision=0.015, bias=2 * lost)
