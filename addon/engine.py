@@ -172,10 +172,14 @@ def _snapshot_path(scene, view_layer):
 
 
 def _print_stamp(progress, info):
-    """One line by which scripts tell that this engine rendered, and how much."""
+    """One line by which scripts tell that this engine rendered, and how much; one of where the time went."""
     megabytes = (progress.memory_bytes + info["memory_bytes"]) / 2**20
     print(f"SPPM: rendered {progress.iteration} iterations, {progress.photons_emitted} photons, {progress.seconds:.3f} s, "
           f"{megabytes:.1f} MB", flush=True)
+    rays = progress.rays_camera + progress.rays_shadow + progress.rays_photon
+    print(f"SPPM: camera {progress.seconds_camera:.2f} s, photons {progress.seconds_photons:.2f} s, grid {progress.seconds_grid:.2f} s, "
+          f"gather {progress.seconds_gather:.2f} s, update {progress.seconds_update:.2f} s; "
+          f"{rays / max(progress.seconds, 1e-9) / 1e6:.2f} Mrays/s", flush=True)
     if progress.dropped_samples:
         print(f"SPPM: {progress.dropped_samples} samples were not finite and were left out", flush=True)
 

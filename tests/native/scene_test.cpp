@@ -131,7 +131,7 @@ TEST_CASE("rays that leave a convex surface never meet it, and rays into it alwa
         constexpr int n = 4000;
         for (int i = 0; i < n; ++i) {
           const Vec3 from = aim.direction();
-          const auto s = scene.intersect({center + from * 3, normalize(aim.direction() * 0.3f - from), 0, kInfinity});
+          const auto s = scene.intersect({center + from * 3, normalize(aim.direction() * 0.15f - from), 0, kInfinity});
           REQUIRE(s);
           const Vec3 w = face_toward(aim.direction(), s->ng);
           own += scene.intersect(s->spawn(w)).has_value() && !(two && w.z > 0.99f);
