@@ -43,12 +43,18 @@ void Scene::set_camera(const SppmCameraDesc& desc) {
   has_camera_ = true;
 }
 
-// A mesh that one instance uses is moved to world space: a ray is then not transformed on its way.
+// A mesh that one instance uses is moved to world space: a ray is then not transformed on its way. An instance that is squeezed flat gets
+// its own copy for that, for no ray can be transformed back into it.
 void Scene::move_single_meshes() {
   std::vector<uint32_t> uses(meshes_.size(), 0);
   for (const Instance& i : instances_) ++uses[i.mesh];
   for (Instance& i : instances_) {
-    if (uses[i.mesh] != 1) continue;
+    const bool flat = i.transform.determinant() == 0;
+    if (uses[i.mesh] != 1 && !flat) continue;
+    if (uses[i.mesh] != 1) {
+      meshes_.push_back(std::make_unique<Mesh>(*meshes_[i.mesh]));
+      i.mesh = static_cast<uint32_t>(meshes_.size() - 1);
+    }
     Mesh& mesh = *meshes_[i.mesh];
     for (Vec3& p : mesh.positions) p = i.transform.point(p);
     for (PackedDirection& n : mesh.normals) {

@@ -95,7 +95,7 @@ struct Bounds {
   float radius() const { return empty() ? 0.0f : 0.5f * length(hi - lo); }
 };
 
-// A unit vector in 32 bits (octahedral map); the error is below 4e-5 radians.
+// A unit vector in 32 bits (octahedral map); the error is below 7e-5 radians.
 using PackedDirection = uint32_t;
 
 inline PackedDirection pack_direction(Vec3 v) {

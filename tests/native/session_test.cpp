@@ -204,9 +204,9 @@ TEST_CASE("in a closed box that glows with L and reflects a, everything looks L 
     const double expected = 2 / (1 - static_cast<double>(a));
     const double photons = static_cast<double>(a * a) * expected, direct = 2 * (1 + static_cast<double>(a));
     // A million photons of half of which stay: the noise of the mean is below 0.3 %; the radius at the edges of the box costs up to 2 %.
-    CHECK(mean(read(session, SPPM_PASS_DIRECT), 3, 0) == doctest::Approx(direct).epsilon(0.005));
-    CHECK(mean(read(session, SPPM_PASS_INDIRECT), 3, 0) == doctest::Approx(photons).epsilon(0.03));
-    CHECK(mean(read(session, SPPM_PASS_COMBINED), 4, 0) == doctest::Approx(expected).epsilon(0.02));
+    CHECK(mean(read(session, SPPM_PASS_DIRECT), 3, 0) == doctest::Approx(direct).epsilon(0.005).scale(0));
+    CHECK(mean(read(session, SPPM_PASS_INDIRECT), 3, 0) == doctest::Approx(photons).epsilon(0.03).scale(0));
+    CHECK(mean(read(session, SPPM_PASS_COMBINED), 4, 0) == doctest::Approx(expected).epsilon(0.02).scale(0));
     CHECK(mean(read(session, SPPM_PASS_CAUSTICS), 3, 0) == 0);
   }
 }

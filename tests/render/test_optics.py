@@ -32,7 +32,7 @@ def transmitted_from_hemisphere():
 
 
 def test_sky_through_plate():
-    """The floor near the origin sees the plate but for the directions below atan(0.5 / 1.7): the plate is cut to the floor's lower side.
+    """The floor near the origin sees the plate but for the directions below the plate's rim, at a distance of 2.7.
 
     Light that enters by the plate's rim meets its faces beyond the angle of total reflection, so none leaves through the lower face.
     """
@@ -83,7 +83,7 @@ def test_nothing_is_gained_in_an_environment(roughness):
     if roughness < 0.3:
         check(found, 1, bias=roughness**2)
     else:
-        assert 0.5 < found.mean() < 1 + 4 * found.std(ddof=1)
+        assert 0 < found.mean() < 1
 
 
 # ---------------------------------------------------------------- the caustic of a ball
@@ -99,7 +99,7 @@ def traced_ball_caustic(rng, count, radius, height, ior):
     d = np.broadcast_to([0.0, 0.0, -1.0], p.shape).copy()
     distances = []
     inside = np.zeros(count, bool)
-    while len(p):
+    for _ in range(64):  # what is left then is trapped at grazing angles
         n = p / radius * np.where(inside, -1, 1)[:, None]  # against the ray
         eta = np.where(inside, 1 / ior, ior)
         cos_i = -(d * n).sum(1)
@@ -125,7 +125,7 @@ def test_caustic_of_a_ball_in_rings():
     What the search radius r blurs is bounded by the change that a shift of all hits by r in or out makes to a ring.
     """
     radius, height, search, size = 0.5, 0.6, 0.012, 64
-    edges = np.array([0.0, 0.1, 0.2, 0.35, 0.45])
+    edges = np.array([0.0, 0.1, 0.2, 0.35])
     shape = sphere(radius, (0, 0, height), divisions=6)
     normals = ((shape[0] - [0, 0, height]) / radius).astype(np.float32)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
@@ -140,16 +140,20 @@ def test_caustic_of_a_ball_in_rings():
         rows.append([picture[ring == i].mean() for i in range(len(edges) - 1)])
     rows = np.array(rows)
 
-    areas = np.pi * np.diff(edges**2)
-    hits, weight = traced_ball_caustic(np.random.default_rng(5), 2_000_000, radius, height, IOR)
+    areas = np.bincount(ring.ravel())[:len(edges) - 1] / size**2
+    rng = np.random.default_rng(5)
+    hits, weight = traced_ball_caustic(rng, 2_000_000, radius, height, IOR)
+    phi = 2 * np.pi * rng.random(len(hits))
 
     def profile(distances):
-        return np.histogram(distances, edges)[0] * weight / areas
+        """The same pixels as the picture's, so that rings of pixels are compared with rings of pixels."""
+        counts = np.histogram2d(distances * np.sin(phi), distances * np.cos(phi), size, [(-0.5, 0.5)] * 2)[0]
+        return np.array([counts[ring == i].sum() for i in range(len(areas))]) * weight / areas
 
     expected = profile(hits)
     blur = np.maximum(abs(profile(np.abs(hits - search)) - expected), abs(profile(hits + search) - expected))
     for i in range(len(areas)):
-        check(rows[:, i], expected[i], bias=blur[i] / expected[i])
+        check(rows[:, i], expected[i], precision=0.02, bias=blur[i] / expected[i])
     inner = areas / areas.sum()
     check(rows @ inner, expected @ inner, bias=0.02)
 

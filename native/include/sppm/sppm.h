@@ -161,7 +161,7 @@ typedef struct SppmInstanceDesc {
   uint32_t mesh;
   uint32_t material_count;   /* at least the mesh's largest slot + 1 */
   const uint32_t *materials; /* material ids */
-  float transform[12];       /* invertible */
+  float transform[12];       /* may squeeze the mesh flat */
   const char *name;
 } SppmInstanceDesc;
 
