@@ -75,7 +75,8 @@ float reflection_probability(const Lobe& lobe, float cos_theta, float eta) {
 // Energy that multiple scattering between microfacets gives back, as a factor on the single-scattering value.
 Vec3 energy_factor(const Lobe& lobe, float cos_theta) {
   if (!lobe.multiple_scattering) return splat(1);
-  const float e = std::max(lobe.multiple_scattering->albedo(std::abs(cos_theta), lobe.roughness), 0.05f);
+  const AlbedoTable& table = transmits(lobe.type) && cos_theta < 0 ? *lobe.multiple_scattering_inside : *lobe.multiple_scattering;
+  const float e = std::max(table.albedo(std::abs(cos_theta), lobe.roughness), 0.05f);
   if (transmits(lobe.type)) return splat(1 / e);
   const Vec3 f0 = lobe.type == LobeType::kConductor ? lobe.color : lobe.color * fresnel_dielectric(1, lobe.ior);
   const Vec3 edge = lobe.type == LobeType::kConductor ? lobe.color2 : lobe.color;

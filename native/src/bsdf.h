@@ -25,6 +25,7 @@ struct Lobe {
   float alpha = 0;       // GGX; 0 is perfectly smooth
   float ior = 1;         // inside over outside
   const class AlbedoTable* multiple_scattering = nullptr;  // gives back lost energy if set
+  const AlbedoTable* multiple_scattering_inside = nullptr; // the same where light is seen from inside a dielectric
   const AlbedoTable* cover = nullptr;                      // the coat that lies above, if any
   float cover_roughness = 0;
 

@@ -53,6 +53,8 @@ uint32_t Materials::add(const SppmMaterialDesc& desc) {
     if (c.flags & SPPM_CLOSURE_PRESERVE_ENERGY && type != SPPM_DIFFUSE && scatters(type))
       closure.multiple_scattering =
           type == SPPM_DIELECTRIC ? table(lobe_type(type, c.flags), c.ior) : table(LobeType::kConductor, 1);
+    if (closure.multiple_scattering && type == SPPM_DIELECTRIC)
+      closure.multiple_scattering_inside = table(lobe_type(type, c.flags), 1 / c.ior);
     if (type == SPPM_COAT && c.flags & SPPM_CLOSURE_ATTENUATE) closure.cover = table(LobeType::kCoat, c.ior);
     material.emits |= type == SPPM_EMISSION;
     material.transparent |= type == SPPM_TRANSPARENT;
@@ -81,6 +83,7 @@ void Materials::lobes(uint32_t id, const SurfaceAttributes& at, Bsdf& bsdf) cons
       lobe.alpha = lobe.diffuse() || square(roughness) < kSmallestAlpha ? 0 : square(roughness);
       lobe.ior = c.ior;
       lobe.multiple_scattering = lobe.alpha > 0 ? c.multiple_scattering : nullptr;
+      lobe.multiple_scattering_inside = c.multiple_scattering_inside;
       lobe.cover = cover;
       lobe.cover_roughness = cover_roughness;
       bsdf.lobes[static_cast<size_t>(bsdf.count++)] = lobe;

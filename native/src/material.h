@@ -54,6 +54,7 @@ class Materials {
     Param weight, color, color2, roughness;
     float ior;
     const AlbedoTable* multiple_scattering = nullptr;
+    const AlbedoTable* multiple_scattering_inside = nullptr;
     const AlbedoTable* cover = nullptr;  // of a coat, for what lies below
   };
   struct Material {

@@ -86,6 +86,18 @@ def test_nothing_is_gained_in_an_environment(roughness):
         assert 0 < found.mean() < 1
 
 
+@pytest.mark.parametrize("roughness", [0.1, 0.3, 0.6, 1.0])
+def test_rough_glass_gives_its_energy_back(roughness):
+    """With PRESERVE_ENERGY a glass ball in an even environment is invisible at any roughness.
+
+    The albedo is tabulated (16 cosines and roughnesses, 256 samples each); a path through the ball uses it some four times.
+    """
+    material = glass(IOR, roughness, ClosureFlags.PRESERVE_ENERGY)
+    scene = Scene(world=1).add(sphere(1, divisions=3), material).camera(at(0, 0, 3), 0.2)
+    found = means(scene, "Combined", iterations=64, photons_per_iteration=1, max_depth=1024)
+    check(found, 1, bias=0.02)
+
+
 # ---------------------------------------------------------------- the caustic of a ball
 
 
