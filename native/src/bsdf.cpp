@@ -81,7 +81,10 @@ Vec3 energy_factor(const Lobe& lobe, float cos_theta) {
   const Vec3 f0 = lobe.type == LobeType::kConductor ? lobe.color : lobe.color * fresnel_dielectric(1, lobe.ior);
   const Vec3 edge = lobe.type == LobeType::kConductor ? lobe.color2 : lobe.color;
   const Vec3 average = f0 + (edge - f0) * (1.0f / 21);
-  return splat(1) + average * ((1 - e) / e);
+  // What is not lost goes on to a second facet, a third ...: a geometric series (Kulla and Conty 2017).
+  const float mean = lobe.multiple_scattering->average(lobe.roughness);
+  const auto series = [&](float f) { return f * mean / (1 - f * (1 - mean)); };
+  return splat(1) + Vec3{series(average.x), series(average.y), series(average.z)} * ((1 - e) / e);
 }
 
 // What a coat above lets through, seen from the camera side.
@@ -154,6 +157,9 @@ float lobe_pdf(const Lobe& lobe, Vec3 given, Vec3 sampled) {
          square(cos_g + eta * cos_s);
 }
 
+std::optional<BsdfSample> sample_about_normal(const Lobe& lobe, const ShadingPoint& at, Vec3 given_world, const std::array<float, 3>& u,
+                                              Transport transport);
+
 }  // namespace
 
 float fresnel_dielectric(float cos_theta, float eta) {
@@ -181,8 +187,18 @@ float pdf_solid_angle(const Lobe& lobe, const ShadingPoint& at, Vec3 given, Vec3
   return lobe_pdf(lobe, at.frame.to_local(given), at.frame.to_local(sampled));
 }
 
-std::optional<BsdfSample> sample(const Lobe& lobe, const ShadingPoint& at, Vec3 given_world, const std::array<float, 3>& u,
-                                 Transport transport) {
+std::optional<BsdfSample> sample(const Lobe& lobe, const ShadingPoint& at, Vec3 given, const std::array<float, 3>& u, Transport transport) {
+  auto result = sample_about_normal(lobe, at, given, u, transport);
+  // The lobe that only refracts ends paths at total reflection, which is no conflict of normals.
+  if (!result && lobe.smooth() && lobe.type != LobeType::kRefraction && !(at.frame.n == at.ng))
+    result = sample_about_normal(lobe, {at.ng, Frame(at.ng)}, given, u, transport);
+  return result;
+}
+
+namespace {
+
+std::optional<BsdfSample> sample_about_normal(const Lobe& lobe, const ShadingPoint& at, Vec3 given_world, const std::array<float, 3>& u,
+                                              Transport transport) {
   if (!consistent(at, given_world)) return std::nullopt;
   const Vec3 given = at.frame.to_local(given_world);
   const float side = given.z > 0 ? 1.0f : -1.0f;
@@ -229,6 +245,8 @@ std::optional<BsdfSample> sample(const Lobe& lobe, const ShadingPoint& at, Vec3 
   return result;
 }
 
+}  // namespace
+
 float estimated_albedo(const Lobe& lobe, const ShadingPoint& at, Vec3 given_world) {
   const float c = std::abs(dot(given_world, at.frame.n));
   const float weight = luminance(lobe.weight);
@@ -264,7 +282,20 @@ AlbedoTable::AlbedoTable(LobeType type, float ior) {
       }
       values_[static_cast<size_t>(i * kSize + j)] = static_cast<float>(sum / kSamples);
     }
+    float average = 0;  // 2 integral of E(mu) mu, by the middles of the table's intervals
+    for (int j = 0; j + 1 < kSize; ++j) {
+      const auto* row = values_.data() + i * kSize;
+      average += (row[j] + row[j + 1]) * (static_cast<float>(j) + 0.5f) / square(kSize - 1);
+    }
+    averages_[static_cast<size_t>(i)] = average;
   }
+}
+
+float AlbedoTable::average(float roughness) const {
+  const float y = std::clamp(roughness, 0.0f, 1.0f) * (kSize - 1);
+  const auto j = static_cast<size_t>(std::min(static_cast<int>(y), kSize - 2));
+  const float t = y - static_cast<float>(j);
+  return averages_[j] * (1 - t) + averages_[j + 1] * t;
 }
 
 float AlbedoTable::albedo(float cos_theta, float roughness) const {

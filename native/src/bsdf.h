@@ -50,7 +50,8 @@ struct BsdfSample {
 Vec3 evaluate(const Lobe& lobe, const ShadingPoint& at, Vec3 wo, Vec3 wi);
 // Density with which `sample` makes `sampled` from `given`.
 float pdf_solid_angle(const Lobe& lobe, const ShadingPoint& at, Vec3 given, Vec3 sampled);
-// A direction drawn from the lobe, given the other one.
+// A direction drawn from the lobe, given the other one. Where the bent shading normal of a smooth lobe would send light through the
+// wrong side of the surface, the geometric normal serves instead: glass must not go black at its rims.
 std::optional<BsdfSample> sample(const Lobe& lobe, const ShadingPoint& at, Vec3 given, const std::array<float, 3>& u, Transport transport);
 // About what share of the light from `given` the lobe scatters: the weight by which lobes are chosen.
 float estimated_albedo(const Lobe& lobe, const ShadingPoint& at, Vec3 given);
@@ -64,10 +65,13 @@ class AlbedoTable {
  public:
   explicit AlbedoTable(LobeType type, float ior);
   float albedo(float cos_theta, float roughness) const;
+  // Its mean over directions, weighted by the cosine.
+  float average(float roughness) const;
 
  private:
   static constexpr int kSize = 16;
   std::array<float, kSize * kSize> values_;
+  std::array<float, kSize> averages_;
 };
 
 // GGX roughness below this acts as a mirror: the lobe is narrower than float directions resolve.

@@ -6,7 +6,6 @@
 #include <ImfOutputFile.h>
 #include <ImfStringAttribute.h>
 
-#include <array>
 #include <cstdio>
 
 #include "color.h"
@@ -14,12 +13,6 @@
 
 namespace sppm {
 namespace {
-
-const std::array<float, 256> kSrgbBytes = [] {
-  std::array<float, 256> table{};
-  for (int i = 0; i < 256; ++i) table[i] = srgb_to_linear(static_cast<float>(i) / 255);
-  return table;
-}();
 
 // The texel that index i stands for under the extension rule, or -1 where there is none.
 int64_t extend(int64_t i, int64_t size, SppmExtension extension) {
@@ -50,17 +43,19 @@ Image::Image(const SppmImageDesc& desc)
     return;
   }
   floats_.assign(desc.pixels, desc.pixels + count);
-  for (size_t i = 0; i < count; ++i) {
-    require(std::isfinite(floats_[i]), "image '" + name + "': a pixel is not finite");
-    if (srgb_ && i % 4 != 3) floats_[i] = srgb_to_linear(floats_[i]);
-  }
+  for (const float value : floats_) require(std::isfinite(value), "image '" + name + "': a pixel is not finite");
 }
 
-Rgba Image::texel(int64_t x, int64_t y) const {
+Rgba Image::stored(int64_t x, int64_t y) const {
   const size_t i = static_cast<size_t>((y * width_ + x) * 4);
   if (bytes_.empty()) return {{floats_[i], floats_[i + 1], floats_[i + 2]}, floats_[i + 3]};
-  const auto decode = [&](uint8_t b) { return srgb_ ? kSrgbBytes[b] : static_cast<float>(b) / 255; };
-  return {{decode(bytes_[i]), decode(bytes_[i + 1]), decode(bytes_[i + 2])}, static_cast<float>(bytes_[i + 3]) / 255};
+  const auto value = [&](size_t channel) { return static_cast<float>(bytes_[i + channel]) / 255; };
+  return {{value(0), value(1), value(2)}, value(3)};
+}
+
+Rgba Image::decode(const Rgba& encoded) const {
+  if (!srgb_) return encoded;
+  return {{srgb_to_linear(encoded.color.x), srgb_to_linear(encoded.color.y), srgb_to_linear(encoded.color.z)}, encoded.alpha};
 }
 
 Rgba Image::sample(Vec2 uv, SppmInterpolation interpolation, SppmExtension extension) const {
@@ -70,15 +65,15 @@ Rgba Image::sample(Vec2 uv, SppmInterpolation interpolation, SppmExtension exten
   const auto fetch = [&](int64_t i, int64_t j) -> Rgba {
     i = extend(i, width_, extension), j = extend(j, height_, extension);
     if (i < 0 || j < 0) return {{}, 0};
-    return texel(i, j);
+    return stored(i, j);
   };
-  if (interpolation == SPPM_CLOSEST) return fetch(static_cast<int64_t>(std::floor(x)), static_cast<int64_t>(std::floor(y)));
+  if (interpolation == SPPM_CLOSEST) return decode(fetch(static_cast<int64_t>(std::floor(x)), static_cast<int64_t>(std::floor(y))));
   const float fx = std::floor(x - 0.5f), fy = std::floor(y - 0.5f);
   const int64_t i = static_cast<int64_t>(fx), j = static_cast<int64_t>(fy);
   const float s = x - 0.5f - fx, t = y - 0.5f - fy;
   const Rgba a = fetch(i, j), b = fetch(i + 1, j), c = fetch(i, j + 1), d = fetch(i + 1, j + 1);
-  return {lerp(lerp(a.color, b.color, s), lerp(c.color, d.color, s), t),
-          (a.alpha * (1 - s) + b.alpha * s) * (1 - t) + (c.alpha * (1 - s) + d.alpha * s) * t};
+  return decode({lerp(lerp(a.color, b.color, s), lerp(c.color, d.color, s), t),
+                 (a.alpha * (1 - s) + b.alpha * s) * (1 - t) + (c.alpha * (1 - s) + d.alpha * s) * t});
 }
 
 void write_exr(const std::string& path, int64_t width, int64_t height, const std::vector<ExrChannel>& channels,

@@ -16,19 +16,22 @@ struct Rgba {
   float alpha = 1;
 };
 
-// Linear RGBA texels, bottom row first. Bytes stay bytes and are decoded when read.
+// RGBA texels, bottom row first, stored as given. An sRGB image is filtered as encoded and then decoded, as Cycles does it.
 class Image {
  public:
   explicit Image(const SppmImageDesc& desc);  // throws Error on sizes of 0 or missing pixels
 
   int64_t width() const { return width_; }
   int64_t height() const { return height_; }
-  Rgba texel(int64_t x, int64_t y) const;  // inside the image
+  Rgba texel(int64_t x, int64_t y) const { return decode(stored(x, y)); }  // inside the image, linear
   // The image at (u, v) in units of its size.
   Rgba sample(Vec2 uv, SppmInterpolation interpolation, SppmExtension extension) const;
   uint64_t memory() const { return floats_.size() * 4 + bytes_.size(); }
 
  private:
+  Rgba stored(int64_t x, int64_t y) const;
+  Rgba decode(const Rgba& encoded) const;
+
   int64_t width_, height_;
   bool srgb_;
   std::vector<float> floats_;

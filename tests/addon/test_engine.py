@@ -276,10 +276,51 @@ def test_another_seed_is_other_noise(room, tmp_path):
     assert not np.array_equal(first, blender_scene.render(tmp_path / "second.exr"))
 
 
-def test_threads_do_not_change_the_picture(room, tmp_path):
+def test_threads_are_blenders_and_do_not_change_the_picture(room, tmp_path, monkeypatch):
+    threads, scene_type = [], native.Scene
+    monkeypatch.setattr(native, "Scene", lambda desc, count: threads.append(count) or scene_type(desc, count))
     first = blender_scene.render(tmp_path / "first.exr")
-    room.render.threads_mode, room.render.threads = "FIXED", 1
+    room.render.threads_mode, room.render.threads = "FIXED", 3
     assert np.array_equal(first, blender_scene.render(tmp_path / "second.exr"))
+    assert threads == [0, 3]
+
+
+class Interrupted:
+    """A render engine whose user presses Esc; Blender lets nobody replace an engine's own `test_break`."""
+
+    def __init__(self, engine, test_break):
+        self._engine, self.test_break = engine, test_break
+
+    def __getattr__(self, name):
+        return getattr(self._engine, name)
+
+
+@pytest.mark.parametrize("is_within_step", [False, True], ids=["between steps", "within a step"])
+def test_cancelled_picture_is_that_of_the_last_iteration(room, tmp_path, monkeypatch, is_within_step):
+    """As by Esc; a step that is cancelled leaves no trace."""
+    room.sppm.iterations = 2
+    expected = blender_scene.render(tmp_path / "expected.exr")
+    room.sppm.iterations = 1000
+    step, started, cancelled = native.Session.step, [], []
+
+    def step_or_wait(session):
+        started.append(1)
+        if len(started) < 3:
+            return step(session)
+        for _ in range(200):
+            if cancelled:
+                raise native.Cancelled("cancelled", native.STATUS_CANCELLED)
+            time.sleep(0.01)
+        raise AssertionError("nobody cancelled the step")
+
+    monkeypatch.setattr(native.Session, "step", step_or_wait)
+    monkeypatch.setattr(native.Session, "cancel", lambda session: cancelled.append(1))
+    last = 3 if is_within_step else 2
+    make_render = sppm.engine._Render
+    monkeypatch.setattr(sppm.engine, "_Render", lambda engine, depsgraph: make_render(
+        Interrupted(engine, lambda: len(started) >= last), depsgraph))
+    assert np.array_equal(blender_scene.render(tmp_path / "cancelled.exr"), expected)
+    assert len(started) == last
 
 
 def test_snapshot_lies_beside_the_output(room, tmp_path):
@@ -352,7 +393,8 @@ def test_exit_code_of_blender(room, tmp_path, camera):
     room.render.image_settings.file_format = "OPEN_EXR"
     file, works = tmp_path / "room.blend", camera == "PERSP"
     bpy.ops.wm.save_as_mainfile(filepath=str(file))
-    command = [bpy.app.binary_path, "-b", "--factory-startup", "--addons", "sppm", str(file), "-o", str(tmp_path / "out_####"), "-f", "1"]
+    command = [bpy.app.binary_path, "-b", "--factory-startup", "--addons", "sppm", str(file),
+               "-o", str(tmp_path / "out_####"), "-f", "1"]
     done = subprocess.run(command, env=dict(os.environ), capture_output=True, text=True, timeout=60, check=False)
     output = done.stdout + done.stderr
     assert done.returncode == (0 if works else 1), output

@@ -529,7 +529,8 @@ def test_border_is_a_region(export, crop):
 @pytest.mark.parametrize("lens_type, focal_length", [("PERSP", 0.05), ("ORTHO", 1.0)])
 def test_depth_of_field(export, lens_type, focal_length):
     lens = bpy.context.scene.camera.data
-    lens.type, lens.lens, lens.dof.aperture_fstop, lens.dof.focus_distance, lens.dof.aperture_ratio = lens_type, 50.0, 2.0, 3.0, 1.5
+    lens.type, lens.lens = lens_type, 50.0
+    lens.dof.aperture_fstop, lens.dof.focus_distance, lens.dof.aperture_ratio = 2.0, 3.0, 1.5
     assert export()[0].camera.aperture_radius == 0
     lens.dof.use_dof = True
     camera = export()[0].camera

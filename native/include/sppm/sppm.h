@@ -63,7 +63,7 @@ SPPM_API SppmStatus sppm_self_test(void);
 
 typedef enum SppmColorEncoding {
   SPPM_LINEAR = 0,
-  SPPM_SRGB = 1 /* decoded with the sRGB curve when 8-bit or float values are read; alpha is never decoded */
+  SPPM_SRGB = 1 /* stored with the sRGB curve; filtered as stored, then decoded; alpha is never decoded */
 } SppmColorEncoding;
 
 /* An image. `pixels` float32 (height, width, 4) RGBA, straight alpha, or, when `pixels_u8` is set instead, uint8 of the same shape. */
