@@ -307,3 +307,18 @@ TEST_CASE("photons and camera paths see one lobe on bent normals") {
     CHECK(camera == doctest::Approx(photon).epsilon(0.02));
   }
 }
+
+TEST_CASE("smooth glass and metal with a bent shading normal lose nothing") {
+  // Seen at a grazing angle, the reflection about this normal would go below the surface.
+  const ShadingPoint bent{{0, 0, 1}, Frame(normalize({0.8f, 0, 0.6f}))};
+  const Vec3 grazing = normalize({-0.9f, 0.1f, 0.15f});
+  for (const LobeType type : {LobeType::kDielectric, LobeType::kConductor}) {
+    CAPTURE(name(type));
+    for (const Transport transport : {Transport::kRadiance, Transport::kPhoton})
+      for (const float u : {0.01f, 0.99f}) {
+        const auto s = sample(make_lobe(type, 0), bent, grazing, {0.5f, 0.5f, u}, transport);
+        REQUIRE(s.has_value());
+        CHECK(s->weight.x > 0.3f);
+      }
+  }
+}

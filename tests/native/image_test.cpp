@@ -136,3 +136,11 @@ TEST_CASE("a path that cannot be written is an I/O error that names it") {
     CHECK(std::string(e.what()).find("/nonexistent/folder/x.exr") != std::string::npos);
   }
 }
+
+TEST_CASE("an sRGB image is filtered as stored and then decoded") {
+  const float pixels[] = {0, 0, 0, 1, 1, 1, 1, 1};
+  SppmImageDesc d{};
+  d.struct_size = sizeof d;
+  d.width = 2, d.height = 1, d.pixels = pixels, d.encoding = SPPM_SRGB;
+  CHECK(red(Image(d), 0.5f, 0.5f, SPPM_LINEAR_FILTER, SPPM_EXTEND) == doctest::Approx(0.21404).epsilon(1e-4));
+}
