@@ -1,12 +1,15 @@
 #include "parallel.h"
 
 #include <pmmintrin.h>
+#include <tbb/global_control.h>
+#include <tbb/info.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 #include <tbb/version.h>
 #include <xmmintrin.h>
 
 #include <algorithm>
+#include <optional>
 
 namespace sppm {
 namespace {
@@ -27,11 +30,17 @@ class FlushDenormals {
 }  // namespace
 
 struct Threads::Arena {
+  explicit Arena(uint32_t count) : arena(count == 0 ? tbb::task_arena::automatic : static_cast<int>(count)) {
+    // Without leave to have more workers than cores TBB prints a warning and takes fewer.
+    if (static_cast<int>(count) > tbb::info::default_concurrency())
+      allowance.emplace(tbb::global_control::max_allowed_parallelism, count);
+  }
+
+  std::optional<tbb::global_control> allowance;
   tbb::task_arena arena;
 };
 
-Threads::Threads(uint32_t count)
-    : arena_(new Arena{tbb::task_arena(count == 0 ? tbb::task_arena::automatic : static_cast<int>(count))}) {}
+Threads::Threads(uint32_t count) : arena_(std::make_unique<Arena>(count)) {}
 
 Threads::~Threads() = default;
 
