@@ -11,8 +11,7 @@ import bpy
 import make_scenes
 import numpy as np
 import pytest
-import sppm
-from sppm import native, render_result
+from sppm import engine, native, render_result
 
 SIZE = 32
 
@@ -316,8 +315,8 @@ def test_cancelled_picture_is_that_of_the_last_iteration(room, tmp_path, monkeyp
     monkeypatch.setattr(native.Session, "step", step_or_wait)
     monkeypatch.setattr(native.Session, "cancel", lambda session: cancelled.append(1))
     last = 3 if is_within_step else 2
-    make_render = sppm.engine._Render
-    monkeypatch.setattr(sppm.engine, "_Render", lambda engine, depsgraph: make_render(
+    make_render = engine._Render
+    monkeypatch.setattr(engine, "_Render", lambda engine, depsgraph: make_render(
         Interrupted(engine, lambda: len(started) >= last), depsgraph))
     assert np.array_equal(blender_scene.render(tmp_path / "cancelled.exr"), expected)
     assert len(started) == last
@@ -356,7 +355,7 @@ def fail(*_args, **_kwargs):
 
 
 @pytest.mark.parametrize("owner, name", [
-    (sppm.engine, "export_scene"), (native, "Scene"), (native, "Session"), (native.Session, "step"),
+    (engine, "export_scene"), (native, "Scene"), (native, "Session"), (native.Session, "step"),
     (native.Session, "read_pass"), (render_result.ResultWriter, "write"),
 ], ids=lambda part: part if isinstance(part, str) else part.__name__)
 def test_whatever_fails_is_an_error_without_a_picture(room, tmp_path, monkeypatch, owner, name, capsys):
