@@ -78,7 +78,13 @@ class _Render:
             self._loop(session, writer)
             writer.write(session)
         except BaseException:
-            writer.close(cancel=True)
+            # Iterations that were finished stay good whatever failed after them: a full disk must not cost the picture.
+            kept = session.progress().iteration > 0
+            try:
+                if kept:
+                    writer.write(session)
+            finally:
+                writer.close(cancel=not kept)
             raise
         writer.close()
 
@@ -168,7 +174,8 @@ def _snapshot_path(scene, view_layer):
     layer = f".{bpy.path.clean_name(view_layer.name)}" if len(scene.view_layers) > 1 else ""
     # Blender makes the output's folder only when it saves.
     path.parent.mkdir(parents=True, exist_ok=True)
-    return str(path.with_name(f"{path.stem}{layer}.sppm.exr"))
+    name = path.stem if scene.render.use_file_extension else path.name
+    return str(path.with_name(f"{name}{layer}.sppm.exr"))
 
 
 def _print_stamp(progress, info):

@@ -85,9 +85,8 @@ class _Walk:
         if not self._is_visible(obj):
             return
         transform = np.array(matrix, dtype=np.float64)[:3]
-        if abs(np.linalg.det(transform[:, :3])) < 1e-30:
-            # Scaled to nothing: Cycles shows nothing either.
-            return
+        if np.linalg.matrix_rank(transform[:, :3]) < 2:
+            return  # scaled to a point or a line; what is squeezed flat still shows
         materials = tuple(self._materials.export(material) for material in _materials_of(obj))
         mesh_id = self._mesh_id(obj, materials)
         if mesh_id:

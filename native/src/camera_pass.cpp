@@ -25,7 +25,7 @@ class CameraPath {
         case Next::kThrough:
           if (++passes_ > kMostPasses) return sample_;
           break;
-        case Next::kBounce: ++depth; camera_ray_ = false; break;
+        case Next::kBounce: ++depth; break;
       }
     }
     return sample_;
@@ -138,8 +138,8 @@ class CameraPath {
     Vec3 value = beta_ * f * light->radiance * (std::abs(dot(light->wi, bsdf.at.frame.n)) / light->pdf);
     if (light->casts_shadow) {
       Ray shadow = s.spawn(light->wi, light->distance);
-      // Short of the light, which may be a surface itself.
-      shadow.far = light->distance * (1 - 1e-4f) - s.offset;
+      // Short of the light where it is a surface itself.
+      if (light->on_surface) shadow.far = light->distance * (1 - 1e-5f) - s.offset;
       value *= scene_.transmittance(shadow, counts_.shadow);
     }
     sample_.direct += value;
@@ -172,10 +172,15 @@ class CameraPath {
     vp.weight = beta_ / probability;
     if (lobe.type == LobeType::kDiffuse) {
       // Its f is the same for every photon: evaluated once, straight above.
-      vp.weight *= evaluate(lobe, bsdf.at, wo, face_toward(s.ng, wo));
+      vp.weight *= evaluate(lobe, bsdf.at, wo, ng);
     } else {
       vp.lobe = static_cast<uint32_t>(lobes_.size());
       lobes_.push_back(lobe);
+      // The point's frame is turned toward wo, so glass seen from inside is glass of the inverse index there.
+      if (dot(wo, s.ng) < 0 && (lobe.type == LobeType::kDielectric || lobe.type == LobeType::kRefraction)) {
+        lobes_.back().ior = 1 / lobe.ior;
+        std::swap(lobes_.back().multiple_scattering, lobes_.back().multiple_scattering_inside);
+      }
     }
   }
 
@@ -207,29 +212,25 @@ uint64_t CameraSamples::memory() const {
 bool run_camera_pass(const Scene& scene, const PathSettings& settings, uint64_t iteration, const Threads& threads,
                      const std::atomic<bool>& cancel, CameraSamples& samples, RayCounts& counts) {
   const Camera& camera = scene.camera;
-  const uint64_t tiles_x = (camera.region_width + kTileSize - 1) / kTileSize;
-  const uint64_t tiles = tiles_x * ((camera.region_height + kTileSize - 1) / kTileSize);
+  const uint64_t tiles = tile_count(camera.region_width, camera.region_height);
   samples.pixels.resize(camera.region_width * camera.region_height);
   samples.lobes.resize(tiles);
   std::vector<RayCounts> tile_counts(tiles);
   threads.for_each(tiles, [&](uint64_t tile) {
     samples.lobes[tile].clear();
     if (cancel.load(std::memory_order_relaxed)) return;
-    const uint64_t x0 = tile % tiles_x * kTileSize, y0 = tile / tiles_x * kTileSize;
-    for (uint64_t y = y0; y < std::min(y0 + kTileSize, camera.region_height); ++y) {
-      for (uint64_t x = x0; x < std::min(x0 + kTileSize, camera.region_width); ++x) {
-        // Named by its place in the full image, so that a cropped render shows the same pixels.
-        const uint64_t px = x + camera.region_x, py = y + camera.region_y;
-        const Sampler sampler(hash64(settings.seed ^ kCameraStream, px << 32 | py), iteration);
-        CameraPath path(scene, settings, sampler, samples.lobes[tile], tile_counts[tile]);
-        CameraSample sample = path.follow(static_cast<float>(px), static_cast<float>(py));
-        if (!is_finite(sample.direct) || !is_finite(sample.point.weight) || !is_finite(sample.point.p)) {
-          sample = CameraSample{};
-          ++tile_counts[tile].dropped;
-        }
-        samples.pixels[y * camera.region_width + x] = sample;
+    visit_tile(tile, camera.region_width, camera.region_height, [&](uint64_t x, uint64_t y) {
+      // Named by its place in the full image, so that a cropped render shows the same pixels.
+      const uint64_t px = x + camera.region_x, py = y + camera.region_y;
+      const Sampler sampler(hash64(settings.seed ^ kCameraStream, px << 32 | py), iteration);
+      CameraPath path(scene, settings, sampler, samples.lobes[tile], tile_counts[tile]);
+      CameraSample sample = path.follow(static_cast<float>(px), static_cast<float>(py));
+      if (!is_finite(sample.direct) || !is_finite(sample.point.weight) || !is_finite(sample.point.p)) {
+        sample = CameraSample{};
+        ++tile_counts[tile].dropped;
       }
-    }
+      samples.pixels[y * camera.region_width + x] = sample;
+    });
   });
   for (const RayCounts& c : tile_counts) counts += c;
   return !cancel.load();

@@ -14,7 +14,7 @@ namespace sppm {
 struct PathSettings {
   uint64_t seed = 0;
   uint32_t max_depth = 24;
-  float filter_reach = 1.5f;  // of the window to either side, pixels
+  float filter_reach = 1.5f;  // pixels: of the window to either side, or the whole width of the box
   bool box_filter = false;
   bool transparent_film = false;
 };
@@ -37,9 +37,16 @@ struct RayCounts {
   }
 };
 
-// Index of the tile that pixel (x, y) of a region of this width belongs to.
-inline uint64_t tile_of(uint64_t x, uint64_t y, uint64_t width) {
-  return y / kTileSize * ((width + kTileSize - 1) / kTileSize) + x / kTileSize;
+// Tiles of a region, and its pixels tile by tile: visit(x, y). Lists per tile are found by this one numbering.
+inline uint64_t tile_count(uint64_t width, uint64_t height) {
+  return (width + kTileSize - 1) / kTileSize * ((height + kTileSize - 1) / kTileSize);
+}
+template <typename Visit>
+void visit_tile(uint64_t tile, uint64_t width, uint64_t height, Visit visit) {
+  const uint64_t tiles_x = (width + kTileSize - 1) / kTileSize;
+  const uint64_t x0 = tile % tiles_x * kTileSize, y0 = tile / tiles_x * kTileSize;
+  for (uint64_t y = y0; y < std::min(y0 + kTileSize, height); ++y)
+    for (uint64_t x = x0; x < std::min(x0 + kTileSize, width); ++x) visit(x, y);
 }
 
 // Fills `samples` for one iteration; false if `cancel` turned true on the way.

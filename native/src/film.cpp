@@ -31,7 +31,8 @@ class Gatherer {
       value *= shading / geometric;
       if (lobe_) value *= evaluate(*lobe_, at_, wo_, wi);
     }
-    if (is_black(value * vp_.weight)) return;  // what adds nothing does not shrink the radius
+    const Vec3 weighted = value * vp_.weight;
+    if (is_black(weighted) || !is_finite(weighted)) return;  // what adds nothing does not shrink the radius
     sum_ += value;
     ++count_;
   }
@@ -62,7 +63,7 @@ void Film::start_radii(const Camera& camera, const CameraSamples& samples, doubl
       const VisiblePoint& vp = samples.pixels[i].point;
       if (!vp.valid() || pixels_[i].photons[0].radius > 0) continue;
       const float wanted = initial_radius > 0 ? static_cast<float>(initial_radius) : kFirstRadius * camera.footprint(vp.path_length);
-      for (ProgressiveEstimate& e : pixels_[i].photons) e.radius = std::max(wanted, smallest_radius(vp.p));
+      for (ProgressiveEstimate& e : pixels_[i].photons) e.radius = static_cast<double>(std::max(wanted, smallest_radius(vp.p)));
     }
   });
 }
@@ -72,7 +73,7 @@ void Film::announce(const CameraSamples& samples, PhotonMaps& maps, const Thread
     maps[kind].reset(pixels_.size());
     threads.for_blocks(pixels_.size(), kGrain, [&](uint64_t begin, uint64_t end) {
       for (uint64_t i = begin; i < end; ++i)
-        if (samples.pixels[i].point.valid()) maps[kind].announce(samples.pixels[i].point.p, pixels_[i].photons[kind].radius);
+        if (samples.pixels[i].point.valid()) maps[kind].announce(samples.pixels[i].point.p, static_cast<float>(pixels_[i].photons[kind].radius));
     });
   }
 }
@@ -80,24 +81,21 @@ void Film::announce(const CameraSamples& samples, PhotonMaps& maps, const Thread
 void Film::gather(const CameraSamples& samples, const PhotonMaps& maps, uint64_t width, const Threads& threads,
                   std::vector<Found>& found) const {
   found.resize(pixels_.size());
-  const uint64_t tiles_x = (width + kTileSize - 1) / kTileSize, height = pixels_.size() / width;
-  threads.for_each(tiles_x * ((height + kTileSize - 1) / kTileSize), [&](uint64_t tile) {
-    const uint64_t x0 = tile % tiles_x * kTileSize, y0 = tile / tiles_x * kTileSize;
-    for (uint64_t y = y0; y < std::min(y0 + kTileSize, height); ++y) {
-      for (uint64_t x = x0; x < std::min(x0 + kTileSize, width); ++x) {
-        const uint64_t i = y * width + x;
-        const VisiblePoint& vp = samples.pixels[i].point;
-        found[i] = {};
-        if (!vp.valid()) continue;
-        const Lobe* lobe = vp.lobe == VisiblePoint::kLambert ? nullptr : &samples.lobes[tile][vp.lobe];
-        for (size_t kind = 0; kind < kPhotonKinds; ++kind) {
-          Gatherer gatherer(vp, lobe);
-          maps[kind].visit_within(vp.p, pixels_[i].photons[kind].radius, [&](const Photon& photon) { gatherer.add(photon); });
-          found[i].phi[kind] = gatherer.phi();
-          found[i].count[kind] = gatherer.count();
-        }
+  const uint64_t height = pixels_.size() / width;
+  threads.for_each(tile_count(width, height), [&](uint64_t tile) {
+    visit_tile(tile, width, height, [&](uint64_t x, uint64_t y) {
+      const uint64_t i = y * width + x;
+      const VisiblePoint& vp = samples.pixels[i].point;
+      found[i] = {};
+      if (!vp.valid()) return;
+      const Lobe* lobe = vp.lobe == VisiblePoint::kLambert ? nullptr : &samples.lobes[tile][vp.lobe];
+      for (size_t kind = 0; kind < kPhotonKinds; ++kind) {
+        Gatherer gatherer(vp, lobe);
+        maps[kind].visit_within(vp.p, static_cast<float>(pixels_[i].photons[kind].radius), [&](const Photon& photon) { gatherer.add(photon); });
+        found[i].phi[kind] = gatherer.phi();
+        found[i].count[kind] = gatherer.count();
       }
-    }
+    });
   });
 }
 
@@ -150,7 +148,7 @@ void Film::read(SppmPass pass, uint64_t iterations, uint64_t emitted, float* out
       case SPPM_PASS_DIRECT: put(direct()); break;
       case SPPM_PASS_INDIRECT: put(indirect.radiance(emitted)); break;
       case SPPM_PASS_CAUSTICS: put(caustic.radiance(emitted)); break;
-      case SPPM_PASS_RADIUS: *out++ = caustic.count > 0 ? caustic.radius : indirect.radius; break;
+      case SPPM_PASS_RADIUS: *out++ = static_cast<float>(caustic.count > 0 ? caustic.radius : indirect.radius); break;
       default: *out++ = static_cast<float>(caustic.count + indirect.count);
     }
   }

@@ -1,5 +1,7 @@
 #include "grid.h"
 
+#include "status.h"
+
 namespace sppm {
 namespace {
 
@@ -40,6 +42,7 @@ void Occupancy::mark(Vec3 p, float radius) {
 
 void Grid::build(std::span<const CellKey> keys, const Threads& threads) {
   const uint64_t n = keys.size();
+  if (n >> 32) throw Error(SPPM_OUT_OF_MEMORY, "more than 2^32 photons to store in an iteration: lower photons_per_iteration");
   const int slot_bits = bits_for(n, kBucketBits);
   shift_ = 64 - slot_bits;
   const uint64_t buckets = uint64_t{1} << kBucketBits, slots_per_bucket = uint64_t{1} << (slot_bits - kBucketBits);

@@ -273,6 +273,7 @@ std::optional<DirectSample> Lights::sample_triangles(const TriangleSet& set, Vec
   if (!(cosine > 0)) return std::nullopt;
   s.pdf = set.choice.probability(i) * distance2 / (cosine * static_cast<float>(t.area));
   s.radiance = triangle_emission(t, b);
+  s.on_surface = true;
   return s;
 }
 
@@ -309,7 +310,7 @@ PhotonStart Lights::emit_from_infinity(Vec3 toward_light, Vec3 weight, Vec2 u) c
   const Vec2 d = sample_disk(u);
   const Frame frame(toward_light);
   const Vec3 origin = center_ + (frame.s * d.x + frame.t * d.y + toward_light) * radius_;
-  return {origin, -toward_light, weight * (kPi * square(radius_)), {}};
+  return {origin, -toward_light, weight * (kPi * square(radius_))};
 }
 
 std::optional<PhotonStart> Lights::emit_lamp(const Lamp& lamp, const Sample4& u) const {
@@ -332,13 +333,13 @@ std::optional<PhotonStart> Lights::emit_lamp(const Lamp& lamp, const Sample4& u)
       const float forward = safe_sqrt(1 - d.x * d.x - d.y * d.y);
       const Vec3 origin = lamp.position + (across.s * d.x + across.t * d.y + direction * forward) * lamp.radius;
       const Vec3 weight = lamp.emission * spot_factor(lamp, dot(direction, lamp.axis)) * (2 * kPi * one_minus_cos);
-      return PhotonStart{origin, direction, weight, {}};
+      return PhotonStart{origin, direction, weight};
     }
     default: {
       const Vec2 q = lamp.type == SPPM_LIGHT_ELLIPSE ? sample_disk(u.first()) : Vec2{2 * u[0] - 1, 2 * u[1] - 1};
       const Vec3 direction = normalize(Frame(lamp.axis).to_world(sample_cosine_hemisphere(u.second())));
       return PhotonStart{lamp.position + lamp.x * q.x + lamp.y * q.y, direction,
-                         lamp.emission * (kPi * static_cast<float>(lamp.area)), {}};
+                         lamp.emission * (kPi * static_cast<float>(lamp.area))};
     }
   }
 }
@@ -354,7 +355,9 @@ std::optional<PhotonStart> Lights::emit_triangles(const TriangleSet& set, const 
   const Vec3 normal = choice < 0.5f ? cross_product / l : -cross_product / l;
   const Vec3 direction = normalize(Frame(normal).to_world(sample_cosine_hemisphere(u.second())));
   const float weight = 2 * kPi * static_cast<float>(t.area) / set.choice.probability(i);
-  return PhotonStart{t.p[0] * (1 - b.x - b.y) + t.p[1] * b.x + t.p[2] * b.y, direction, triangle_emission(t, b) * weight, normal};
+  const float scale = max_component(max(abs(t.p[0]), max(abs(t.p[1]), abs(t.p[2]))));
+  const Vec3 origin = t.p[0] * (1 - b.x - b.y) + t.p[1] * b.x + t.p[2] * b.y + normal * (32 * 0x1p-23f * scale);
+  return PhotonStart{origin, direction, triangle_emission(t, b) * weight};
 }
 
 std::optional<PhotonStart> Lights::emit(const Sample4& u, const Sample4& v) const {

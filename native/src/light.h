@@ -22,6 +22,7 @@ struct DirectSample {
   float pdf = 0;       // solid angle, choice of the light included; for lamps without size only the choice
   bool delta = false;  // cannot be met by chance
   bool casts_shadow = true;
+  bool on_surface = false;  // the light is itself something that a shadow ray would meet
 };
 
 // Radiance along a ray that could as well have been found by DirectSample with `pdf_solid_angle`.
@@ -32,8 +33,7 @@ struct EmittedLight {
 
 // The start of a photon: weight = L cos / (all pdfs).
 struct PhotonStart {
-  Vec3 origin, direction, weight;
-  Vec3 normal;  // of the emitting triangle, on the side of `direction`; 0 for lamps
+  Vec3 origin, direction, weight;  // the origin is clear of the emitting triangle
 };
 
 // One triangle of an emitting mesh, in world space.

@@ -8,9 +8,6 @@
 
 namespace sppm {
 
-// Straight passes through transparent surfaces before a path is given up.
-inline constexpr int kMostPasses = 256;
-
 // Probabilities with which a path goes on.
 struct LobeChoice {
   std::array<float, kMaxClosures> probability;  // of the lobes that there are

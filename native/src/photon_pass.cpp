@@ -29,7 +29,6 @@ class PhotonPath {
     if (!start) return;
     Vec3 beta = start->weight;
     Ray ray{start->origin, start->direction};
-    if (!is_black(start->normal)) ray.origin += start->normal * (64 * 0x1p-23f * max_component(abs(start->origin)));
     PhotonKind kind = kCaustic;
     int passes = 0;
     for (uint32_t depth = 0; depth < settings_.max_depth;) {
@@ -95,6 +94,7 @@ void PhotonMap::build(std::vector<Block>& blocks, const Threads& threads) {
     photon_start[b + 1] = photon_start[b] + blocks[b].photons.size();
   }
   const uint64_t n = key_start.back();
+  stored_ = photon_start.back();
   keys_.resize(n);
   std::vector<const Photon*> photons(n);
   threads.for_each(blocks.size(), [&](uint64_t b) {

@@ -40,7 +40,7 @@ class PhotonMap {
       }
     });
   }
-  uint64_t stored() const { return x_.size(); }
+  uint64_t stored() const { return stored_; }
   uint64_t memory() const;
 
  private:
@@ -50,6 +50,7 @@ class PhotonMap {
   std::vector<float> x_, y_, z_;  // in the grid's order
   std::vector<uint32_t> tags_;
   std::vector<Photon> sorted_;
+  uint64_t stored_ = 0;  // photons; those kept at several levels count once
 };
 
 using PhotonMaps = std::array<PhotonMap, kPhotonKinds>;

@@ -8,9 +8,9 @@
 
 namespace sppm {
 
-// Sums are double: a million iterations add terms a million times smaller than the sum.
+// All double: a million iterations add terms a million times smaller than the sum, and shrink the radius by less than a float can tell.
 struct ProgressiveEstimate {
-  float radius = 0;   // [m]; 0 until the pixel has seen a surface
+  double radius = 0;  // [m]; 0 until the pixel has seen a surface
   double count = 0;   // N, photons accepted so far, reduced with the radius
   double flux[3] = {0, 0, 0};  // tau [W sr^-1], reduced with the radius
 
@@ -20,7 +20,7 @@ struct ProgressiveEstimate {
     double shrink = 1;  // r'^2 / r^2
     if (found > 0) {
       const double m = static_cast<double>(found);
-      if (radius > smallest_radius) {
+      if (radius > static_cast<double>(smallest_radius)) {
         shrink = (count + gamma * m) / (count + m);  // [16.13]
         count += gamma * m;
       } else {
@@ -30,12 +30,12 @@ struct ProgressiveEstimate {
     flux[0] = (flux[0] + static_cast<double>(phi.x)) * shrink;  // [16.14]
     flux[1] = (flux[1] + static_cast<double>(phi.y)) * shrink;
     flux[2] = (flux[2] + static_cast<double>(phi.z)) * shrink;
-    radius *= static_cast<float>(std::sqrt(shrink));
+    radius *= std::sqrt(shrink);
   }
 
   // Radiance toward the camera after `emitted` photon paths [W m^-2 sr^-1].
   Vec3 radiance(uint64_t emitted) const {
-    const double area = M_PI * static_cast<double>(radius) * static_cast<double>(radius) * static_cast<double>(emitted);
+    const double area = M_PI * radius * radius * static_cast<double>(emitted);
     if (!(area > 0)) return {};
     return {static_cast<float>(flux[0] / area), static_cast<float>(flux[1] / area), static_cast<float>(flux[2] / area)};
   }

@@ -9,9 +9,6 @@ namespace {
 // own test by a few more; this many units in the last place of the largest of them are beyond both.
 constexpr float kOffsetUlps = 16 * 0x1p-23f;
 
-// A triangle is skipped for light that meets it this often without being stopped, so that stacked transparency ends.
-constexpr int kMostTransparentSurfaces = 256;
-
 }  // namespace
 
 uint32_t Scene::add_mesh(const SppmMeshDesc& desc) {
@@ -156,7 +153,7 @@ Vec3 Scene::transmittance(Ray ray, uint64_t& rays) const {
   ++rays;
   if (!has_transparent_) return accel_.occluded(ray) ? Vec3{} : Vec3{1, 1, 1};
   Vec3 left{1, 1, 1};
-  for (int i = 0; i < kMostTransparentSurfaces; ++i) {
+  for (int i = 0; i < kMostPasses; ++i) {
     const auto s = intersect(ray);
     if (!s) return left;
     left *= transparency(*s);

@@ -15,6 +15,9 @@
 
 namespace sppm {
 
+// After this many transparent surfaces in a row light counts as stopped.
+inline constexpr int kMostPasses = 256;
+
 // Where a ray met a surface.
 struct SurfacePoint {
   Vec3 p;
