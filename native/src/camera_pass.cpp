@@ -139,7 +139,7 @@ class CameraPath {
     if (light->casts_shadow) {
       Ray shadow = s.spawn(light->wi, light->distance);
       // Short of the light where it is a surface itself.
-      if (light->on_surface) shadow.far = light->distance * (1 - 1e-5f) - s.offset;
+      if (light->on_surface) shadow.far = light->distance * (1 - 1e-4f) - s.offset;
       value *= scene_.transmittance(shadow, counts_.shadow);
     }
     sample_.direct += value;
