@@ -1,5 +1,4 @@
 // The C border: checks handles and struct sizes, turns exceptions into statuses.
-#include <cstring>
 #include <new>
 #include <string>
 

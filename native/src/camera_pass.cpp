@@ -121,9 +121,7 @@ class CameraPath {
 
   // Direct light by a sample of the lights. Each rough lobe shares it with the direction that the path would take by that lobe.
   void add_direct_light(const SurfacePoint& s, const Bsdf& bsdf, const LobeChoice& choice, Vec3 wo, const Sample4& u) {
-    bool rough = false;
-    for (const Lobe& lobe : bsdf) rough |= !lobe.smooth();
-    if (!rough) return;
+    if (!bsdf.rough()) return;
     const auto light = scene_.lights.sample_direct(s.p, u);
     if (!light) return;
     Vec3 f;

@@ -1,7 +1,5 @@
 #include "material.h"
 
-#include <cstring>
-
 #include "status.h"
 
 namespace sppm {

@@ -1,6 +1,7 @@
 // Materials: closures whose parameters may be textured, and the lobes they give at a surface point.
 #pragma once
 
+#include <algorithm>
 #include <map>
 #include <memory>
 #include <string>
@@ -27,6 +28,10 @@ struct Bsdf {
 
   const Lobe* begin() const { return lobes.data(); }
   const Lobe* end() const { return lobes.data() + count; }
+  // True if some lobe scatters into more than single directions, so that lights and photons can be used here.
+  bool rough() const {
+    return std::any_of(begin(), end(), [](const Lobe& lobe) { return !lobe.smooth(); });
+  }
 };
 
 class Materials {

@@ -68,9 +68,7 @@ class PhotonPath {
 
  private:
   void deposit(const SurfacePoint& s, const Bsdf& bsdf, Vec3 beta, Vec3 wi, PhotonKind kind) const {
-    bool rough = false;
-    for (const Lobe& lobe : bsdf) rough |= !lobe.smooth();
-    if (!rough) return;
+    if (!bsdf.rough()) return;
     if (!is_finite(beta)) {
       ++counts_.dropped;
       return;
