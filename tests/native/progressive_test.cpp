@@ -96,3 +96,38 @@ TEST_CASE("a million iterations lose no digits that matter") {
   const double measured = static_cast<double>(e.radius) * static_cast<double>(e.radius);
   CHECK(measured / static_cast<double>(area) == doctest::Approx(1).epsilon(5e-3));
 }
+
+TEST_CASE("the same million iterations in float go wrong") {
+  // Why the sums of a pixel are double: a constant light, its photons and its direct part.
+  ProgressiveEstimate exact = start(1);
+  float radius = 1, count = 0, flux = 0, direct = 0;
+  double exact_direct = 0;
+  constexpr int n = 1000000;
+  for (int i = 0; i < n; ++i) {
+    const float m = static_cast<float>(1 + i % 3), phi = m * 0.37f, light = 0.1f;
+    exact.update(static_cast<uint64_t>(m), {phi, 0, 0}, 2.0 / 3, 0);
+    const float shrink = (count + 2.0f / 3 * m) / (count + m);
+    count += 2.0f / 3 * m;
+    flux = (flux + phi) * shrink;
+    radius *= std::sqrt(shrink);
+    direct += light, exact_direct += static_cast<double>(light);
+  }
+  const double error = static_cast<double>(flux / (radius * radius)) / (exact.flux[0] / (exact.radius * exact.radius)) - 1;
+  const double direct_error = static_cast<double>(direct) / exact_direct - 1;
+  MESSAGE("in float the photons' radiance is off by " << error << ", direct light by " << direct_error);
+  CHECK(std::abs(direct_error) > 1e-3);
+  CHECK(exact_direct / n == doctest::Approx(0.1).epsilon(1e-7));
+}
+
+TEST_CASE("counts go past 2^32") {
+  ProgressiveEstimate e = start(0.5f);
+  const uint64_t many = (uint64_t{1} << 32) + 1000;
+  e.update(many, splat(static_cast<float>(many)), 0.75, 0);
+  CHECK(e.count == doctest::Approx(0.75 * static_cast<double>(many)).epsilon(1e-12));
+  e.update(1, {}, 0.75, 0);
+  CHECK(e.count == doctest::Approx(0.75 * static_cast<double>(many) + 0.75).epsilon(1e-15));
+  e.flux[0] = 1e12;
+  const uint64_t emitted = uint64_t{5} << 40;
+  CHECK(static_cast<double>(e.radiance(emitted).x) ==
+        doctest::Approx(1e12 / (M_PI * e.radius * e.radius * static_cast<double>(emitted))).epsilon(1e-6));
+}
