@@ -1,5 +1,7 @@
 #include "film.h"
 
+#include <numeric>
+
 namespace sppm {
 namespace {
 
@@ -32,13 +34,18 @@ class Gatherer {
       if (lobe_) value *= evaluate(*lobe_, at_, wo_, wi);
     }
     const Vec3 weighted = value * vp_.weight;
-    if (is_black(weighted) || !is_finite(weighted)) return;  // what adds nothing does not shrink the radius
+    if (is_black(weighted)) return;  // what adds nothing does not shrink the radius
+    if (!is_finite(weighted)) {
+      ++dropped_;
+      return;
+    }
     sum_ += value;
     ++count_;
   }
 
   Vec3 phi() const { return sum_ * vp_.weight; }
   uint32_t count() const { return count_; }
+  uint64_t dropped() const { return dropped_; }
 
  private:
   const VisiblePoint& vp_;
@@ -48,6 +55,7 @@ class Gatherer {
   bool flat_;
   Vec3 sum_;
   uint32_t count_ = 0;
+  uint64_t dropped_ = 0;
 };
 
 }  // namespace
@@ -78,11 +86,12 @@ void Film::announce(const CameraSamples& samples, PhotonMaps& maps, const Thread
   }
 }
 
-void Film::gather(const CameraSamples& samples, const PhotonMaps& maps, uint64_t width, const Threads& threads,
-                  std::vector<Found>& found) const {
+uint64_t Film::gather(const CameraSamples& samples, const PhotonMaps& maps, uint64_t width, const Threads& threads,
+                      std::vector<Found>& found) const {
   found.resize(pixels_.size());
-  const uint64_t height = pixels_.size() / width;
-  threads.for_each(tile_count(width, height), [&](uint64_t tile) {
+  const uint64_t height = pixels_.size() / width, tiles = tile_count(width, height);
+  std::vector<uint64_t> dropped(tiles, 0);
+  threads.for_each(tiles, [&](uint64_t tile) {
     visit_tile(tile, width, height, [&](uint64_t x, uint64_t y) {
       const uint64_t i = y * width + x;
       const VisiblePoint& vp = samples.pixels[i].point;
@@ -94,9 +103,11 @@ void Film::gather(const CameraSamples& samples, const PhotonMaps& maps, uint64_t
         maps[kind].visit_within(vp.p, static_cast<float>(pixels_[i].photons[kind].radius), [&](const Photon& photon) { gatherer.add(photon); });
         found[i].phi[kind] = gatherer.phi();
         found[i].count[kind] = gatherer.count();
+        dropped[tile] += gatherer.dropped();
       }
     });
   });
+  return std::accumulate(dropped.begin(), dropped.end(), uint64_t{0});
 }
 
 void Film::update(const CameraSamples& samples, const std::vector<Found>& found, double gamma, const Threads& threads) {

@@ -32,7 +32,8 @@ class Film {
     std::array<Vec3, kPhotonKinds> phi;
     std::array<uint32_t, kPhotonKinds> count{};
   };
-  void gather(const CameraSamples& samples, const PhotonMaps& maps, uint64_t width, const Threads& threads, std::vector<Found>& found) const;
+  // Returns how many contributions were left out because they were not finite.
+  uint64_t gather(const CameraSamples& samples, const PhotonMaps& maps, uint64_t width, const Threads& threads, std::vector<Found>& found) const;
   // Ends an iteration.
   void update(const CameraSamples& samples, const std::vector<Found>& found, double gamma, const Threads& threads);
 

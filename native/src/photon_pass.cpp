@@ -55,6 +55,10 @@ class PhotonPath {
       if (!next) return;
       // Absorption ends paths rather than thinning them: those that go on keep their luminance.
       const Vec3 scattered = beta * next->weight / choice.probability[static_cast<size_t>(chosen)];
+      if (!is_finite(scattered)) {
+        ++counts_.dropped;
+        return;
+      }
       const float before = luminance(beta), after = luminance(scattered);
       if (!(after > 0)) return;
       const float survival = std::min(1.0f, after / before);

@@ -82,7 +82,7 @@ void Session::step() {
     }
     {
       const Stopwatch watch(times.seconds_gather);
-      film_.gather(samples_, maps_, scene_->camera.region_width, threads_, found_);
+      counts.dropped += film_.gather(samples_, maps_, scene_->camera.region_width, threads_, found_);
     }
     {
       const Stopwatch watch(times.seconds_update);
