@@ -128,7 +128,7 @@ void Session::iterate(SppmProgress& done) {
   }
   const Stopwatch watch(done.seconds_gather);
   shrink_ *= RadiusRule::step(iteration_ + 1, settings_.gamma);
-  film_.update(samples_, maps_, rules(batches), scene_->camera.region_width, threads_);
+  done.dropped_samples += film_.update(samples_, maps_, rules(batches), scene_->camera.region_width, threads_);
   if (iteration_ == 0) plan_budget(camera, batches, counts);
   ++iteration_;
   for (const PhotonBatch& b : batches) emitted_[static_cast<size_t>(b.emission)] += b.count, done.photons_emitted += b.count;

@@ -89,7 +89,8 @@ typedef enum SppmExtension { SPPM_REPEAT = 0, SPPM_EXTEND = 1, SPPM_CLIP = 2, SP
 typedef enum SppmBlend { SPPM_BLEND_MIX = 0, SPPM_BLEND_MULTIPLY = 1, SPPM_BLEND_ADD = 2, SPPM_BLEND_SUBTRACT = 3,
   SPPM_BLEND_SCREEN = 4, SPPM_BLEND_DIFFERENCE = 5, SPPM_BLEND_DARKEN = 6, SPPM_BLEND_LIGHTEN = 7 } SppmBlend;
 
-/* A colour that varies over a surface. A texture may refer to textures added before it, so there are no cycles. */
+/* A colour that varies over a surface. A texture may refer to textures added before it, so there are no cycles; it may rest on 255 of
+ * them, directly or through others. */
 typedef struct SppmTextureDesc {
   uint64_t struct_size;
   uint32_t type; /* SppmTextureType */
