@@ -2,7 +2,9 @@
 
 import os
 import re
+import signal
 import subprocess
+from contextlib import contextmanager
 
 import blender_scene
 import bpy
@@ -134,29 +136,41 @@ def texture_and_lose(folder):
 STATUS = re.compile(r"^Fra:(\d+) .*\| SPPM iteration (\d+)/(\d+), (\d+) photons, remaining (?:\d+:\d\d|--:--)$", re.MULTILINE)
 
 
-def run_blender(scene, folder, *arguments):
-    """`blender -b FILE ...` on a machine without a display."""
+@contextmanager
+def running_blender(folder, *arguments):
+    """`blender -b FILE ...` on a machine without a display; FILE is what is open now. It ends with the block."""
     file = folder / "shot.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(file))
     environment = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
     command = [bpy.app.binary_path, "-b", "--factory-startup", "--addons", "sppm", str(file), *arguments]
-    return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120, check=False)
+    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+def run_blender(folder, *arguments):
+    """(exit code, what it printed)."""
+    with running_blender(folder, *arguments) as process:
+        output, _ = process.communicate(timeout=120)
+    return process.returncode, output
 
 
 @AS_PROGRAM
 def test_a_range_of_frames_of_a_cycles_scene(shot, tmp_path):
     shot.render.engine = "CYCLES"
-    done = run_blender(shot, tmp_path, "-E", "SPPM", "-f", "1..5")
-    assert done.returncode == 0, done.stdout + done.stderr
+    code, output = run_blender(tmp_path, "-E", "SPPM", "-f", "1..5")
+    assert code == 0, output
     assert_frames(tmp_path, range(1, 6))
-    assert done.stdout.count("SPPM: rendered 2 iterations") == 5
+    assert output.count("SPPM: rendered 2 iterations") == 5
 
 
 @AS_PROGRAM
 def test_log_tells_how_far_each_frame_is(shot, tmp_path):
-    done = run_blender(shot, tmp_path, "-s", "3", "-e", "4", "-a")
-    assert done.returncode == 0, done.stdout + done.stderr
-    found = [tuple(map(int, numbers)) for numbers in STATUS.findall(done.stdout)]
+    code, output = run_blender(tmp_path, "-s", "3", "-e", "4", "-a")
+    assert code == 0, output
+    found = [tuple(map(int, numbers)) for numbers in STATUS.findall(output)]
     assert sorted({frame for frame, *_ in found}) == [3, 4]
     for frame in (3, 4):
         assert [line for line in found if line[0] == frame][-1] == (frame, 2, 2, 2 * SIZE * SIZE)
@@ -171,7 +185,22 @@ def test_animation_stops_at_the_frame_that_fails(shot, tmp_path):
     for frame, camera in ((1, first), (3, shot.camera)):
         shot.timeline_markers.new(f"F_{frame:02}", frame=frame).camera = camera
     shot.camera = first
-    done = run_blender(shot, tmp_path, "-a")
-    assert done.returncode == 1
-    assert "panoramic" in done.stdout + done.stderr
+    code, output = run_blender(tmp_path, "-a")
+    assert code == 1
+    assert "panoramic" in output
     assert_frames(tmp_path, [1, 2])
+
+
+@AS_PROGRAM
+def test_interrupt_ends_the_animation_without_a_picture(shot, tmp_path):
+    """Ctrl-C, or a farm that takes the job back."""
+    shot.sppm.iterations, shot.render.use_placeholder = 1_000_000, True
+    with running_blender(tmp_path, "-a") as process:
+        for line in process.stdout:
+            if STATUS.match(line):
+                break
+        assert list(tmp_path.glob("out_*")) == [tmp_path / "out_0001.exr"]
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=20)
+    assert process.returncode == 1
+    assert list(tmp_path.glob("out_*")) == []
