@@ -35,7 +35,7 @@ class SPPM_PT_sampling(_EnginePanel, bpy.types.Panel):
     bl_label = "Sampling"
 
     def draw_properties(self, layout, context):
-        for name in ("iterations", "photons_per_iteration", "time_limit", "max_depth", "seed"):
+        for name in ("iterations", "photons_per_iteration", "indirect", "time_limit", "max_depth", "seed"):
             layout.prop(context.scene.sppm, name)
 
 
@@ -43,7 +43,7 @@ class SPPM_PT_progressive(_EnginePanel, bpy.types.Panel):
     bl_label = "Photon Radius"
 
     def draw_properties(self, layout, context):
-        for name in ("initial_radius", "gamma"):
+        for name in ("radius_rule", "initial_radius", "gamma"):
             layout.prop(context.scene.sppm, name)
 
 
