@@ -85,8 +85,8 @@ def _read(collection, name, count, channels, dtype):
 
 
 def area_radiance_per_watt(area):
-    """Radiance of an area light of 1 W and `area` [m^2]: P / (4 A) in 3.4, P / (pi A) in 4.5 (measured; 4.2 is guessed)."""
-    return 1.0 / ((math.pi if bpy.app.version >= (4, 5, 0) else 4.0) * area)
+    """Radiance of an area light of 1 W and `area` [m^2]: P / (4 A) before 4.0, P / (pi A) since (measured in 3.4, 4.2, 4.5)."""
+    return 1.0 / ((math.pi if bpy.app.version >= (4, 0, 0) else 4.0) * area)
 
 
 def spot_falls_with_cosine():

@@ -136,13 +136,13 @@ class _Render:
         return min(1.0, max(progress.iteration / self._settings.iterations, progress.seconds / limit if limit > 0.0 else 0.0))
 
     def _show_status(self, progress):
+        """Render farms read this line: its form is told in docs/install.md. The last one is always shown."""
         now = time.monotonic()
-        if now < self._next_status:
+        if now < self._next_status and not progress.finished:
             return
         self._next_status = now + _STATUS_SECONDS
-        rate = progress.photons_emitted / progress.seconds if progress.seconds > 0.0 else 0.0
-        self._engine.update_stats("", f"SPPM iteration {progress.iteration}/{self._settings.iterations}, {rate:,.0f} photons/s, "
-                                      f"remaining {self._remaining(progress)}")
+        self._engine.update_stats("", f"SPPM iteration {progress.iteration}/{self._settings.iterations}, "
+                                      f"{progress.photons_emitted} photons, remaining {self._remaining(progress)}")
 
     def _remaining(self, progress):
         done = self._done(progress)

@@ -6,6 +6,7 @@ walk.
 """
 
 from dataclasses import replace
+from pathlib import Path
 
 import bpy
 import numpy as np
@@ -36,6 +37,7 @@ def export_scene(depsgraph, camera=None):
         CameraError: there is no camera to look through.
     """
     walk = _Walk(depsgraph)
+    _warn_of_missing_libraries(walk.warn)
     scene = depsgraph.scene_eval
     camera = camera or scene.camera
     walk.desc.camera = export_camera(camera.evaluated_get(depsgraph) if camera else None, scene.render, walk.warn)
@@ -43,6 +45,14 @@ def export_scene(depsgraph, camera=None):
     for instance in depsgraph.object_instances:
         walk.visit(instance)
     return _moved_to_origin(walk.desc), walk.warnings
+
+
+def _warn_of_missing_libraries(warn):
+    """Blender says so when it loads the file, but goes on with empty objects as if nothing were wrong."""
+    for library in bpy.data.libraries:
+        path = bpy.path.abspath(library.filepath, library=library.parent)
+        if not library.packed_file and not Path(path).is_file():
+            warn(f"library '{library.name}': its file '{path}' is missing, what is linked from it is left out")
 
 
 class _Walk:

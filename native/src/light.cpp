@@ -513,7 +513,7 @@ std::optional<PhotonStart> Lights::emit(const Distribution& lights, const Target
 namespace {
 
 Vec2 direction_to_map(Vec3 d) {
-  return {0.5f - std::atan2(d.y, d.x) / (2 * kPi), 0.5f + std::atan2(d.z, std::hypot(d.x, d.y)) / kPi};
+  return {0.5f - std::atan2(d.y, d.x) / (2 * kPi), 0.5f + std::atan2(d.z, std::sqrt(d.x * d.x + d.y * d.y)) / kPi};
 }
 
 Vec3 map_to_direction(Vec2 uv) {
