@@ -35,7 +35,7 @@ class SppmSettings(bpy.types.PropertyGroup):
         items=(("DRAFT", "Draft", "Light and caustics in their places, with noise and blur: 16 iterations", 0),
                ("GOOD", "Good", "Clean where much light is, fine caustics still soft: 64 iterations", 1),
                ("FINAL", "Final", "Sharp caustics with little noise: 512 iterations", 2),
-               ("CUSTOM", "Custom", "Iterations and photons as they are set below", _CUSTOM)),
+               ("CUSTOM", "Custom", "Other iterations or photons than those of a quality", _CUSTOM)),
         description="How good the picture shall be: sets iterations, and photons to automatic")
     iterations: IntProperty(
         name="Iterations", default=64, min=1, soft_max=4096,

@@ -81,7 +81,7 @@ def _phases(progress):
 
 def seconds(value):
     """0.31 s, 2:05 or 1:00:09."""
-    if value < 60.0:
+    if value < 59.995:
         return f"{value:.2f} s"
     minutes, rest = divmod(round(value), 60)
     hours, minutes = divmod(minutes, 60)
