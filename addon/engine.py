@@ -171,8 +171,8 @@ def session_settings(depsgraph):
     """The scene's settings as the library's."""
     scene, view_layer = depsgraph.scene, depsgraph.view_layer
     own = scene.sppm
-    names = ("iterations", "photons_per_iteration", "initial_radius", "max_depth", "pixel_filter", "filter_width", "gamma",
-             "seed", "time_limit", "write_interval")
+    names = ("iterations", "photons_per_iteration", "indirect", "radius_rule", "initial_radius", "gamma", "max_depth",
+             "pixel_filter", "filter_width", "seed", "time_limit", "write_interval")
     return native.Settings(
         **{name: getattr(own, name) for name in names},
         snapshot_path=_snapshot_path(scene, view_layer) if own.write_interval > 0 else "",
@@ -200,8 +200,8 @@ def _print_stamp(progress, info):
           f"{megabytes:.1f} MB", flush=True)
     rays = progress.rays_camera + progress.rays_shadow + progress.rays_photon
     print(f"SPPM: camera {progress.seconds_camera:.2f} s, photons {progress.seconds_photons:.2f} s, grid {progress.seconds_grid:.2f} s, "
-          f"gather {progress.seconds_gather:.2f} s, update {progress.seconds_update:.2f} s; "
-          f"{rays / max(progress.seconds, 1e-9) / 1e6:.2f} Mrays/s", flush=True)
+          f"gather {progress.seconds_gather:.2f} s; "
+          f"{rays / max(progress.seconds, 1e-9) / 1e6:.2f} Mrays/s; indirect light by {progress.indirect.lower()}", flush=True)
     if progress.dropped_samples:
         print(f"SPPM: {progress.dropped_samples} samples were not finite and were left out", flush=True)
 

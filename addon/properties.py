@@ -42,7 +42,19 @@ class SppmSettings(bpy.types.PropertyGroup):
         description="How often camera rays and photons are sent; noise and blur shrink with each")
     photons_per_iteration: IntProperty(
         name="Photons", default=0, min=0, soft_max=10_000_000,
-        description="Photon paths started in each iteration; 0 for as many as the picture has pixels")
+        description="Photon paths started in each iteration; 0 for so many that they take about as long as the camera's paths")
+    indirect: EnumProperty(
+        name="Indirect Light", default="AUTO",
+        items=(("AUTO", "Automatic", "Photons where a first iteration finds enough of them in most of the picture, else paths"),
+               ("PHOTONS", "Photons", "From all lights to anywhere, gathered where the camera looks: for closed rooms"),
+               ("PATHS", "Paths", "From the camera on, as a path tracer does it: for open scenes")),
+        description="Who finds the light that is neither direct nor a caustic; caustics are always made of photons")
+    radius_rule: EnumProperty(
+        name="Radius", default="DENSITY",
+        items=(("DENSITY", "Density", "By the photons that earlier iterations found around a pixel"),
+               ("PROGRESSIVE", "Progressive", "By the photons found, as the method was published: shrinks where there are many"),
+               ("PASS_INDEXED", "Pass Indexed", "By the number of the iteration alone")),
+        description="How the radius in which photons are gathered shrinks from iteration to iteration")
     initial_radius: FloatProperty(
         name="Initial Radius", default=0.0, min=0.0, soft_max=1.0, precision=4, subtype="DISTANCE", unit="LENGTH",
         description="Radius in which photons are gathered at first; 0 chooses it from the size of a pixel at what it sees")
@@ -50,7 +62,7 @@ class SppmSettings(bpy.types.PropertyGroup):
         name="Max Depth", default=24, min=1, max=1024, soft_max=128,
         description="Most vertices that a camera or photon path may have")
     gamma: FloatProperty(
-        name="Gamma", default=2.0 / 3.0, min=0.01, max=0.99,
+        name="Gamma", default=0.8, min=0.01, max=0.99,
         description="Share of new photons that is kept when the radius shrinks: smaller sharpens faster and leaves more noise")
     pixel_filter: EnumProperty(
         name="Pixel Filter", default="BLACKMAN_HARRIS",

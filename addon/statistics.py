@@ -68,14 +68,15 @@ def lines(report):
             ("Photons sent", count(p.photons_emitted)), ("Photons used", count(p.photons_stored)),
             ("Rays", count(rays)), ("Rays/s", count(round(rays / max(p.seconds, 1e-9)))),
             ("Memory", f"{report.memory_bytes / 2**20:.1f} MB")]
-    rows += [(f"{name} light", f"{share:.1%}") for name, share in report.shares.items()]
+    rows += [(f"{name} light", f"{share:.1%} of all") for name, share in report.shares.items()]
+    rows += [("Indirect light by", p.indirect.lower())]
     return rows + ([("Dropped samples", count(p.dropped_samples))] if p.dropped_samples else [])
 
 
 def _phases(progress):
     """Time and share of each phase of an iteration."""
     phases = {"Camera paths": progress.seconds_camera, "Photon paths": progress.seconds_photons,
-              "Sorting": progress.seconds_grid, "Gathering": progress.seconds_gather, "Update": progress.seconds_update}
+              "Sorting": progress.seconds_grid, "Gathering": progress.seconds_gather}
     return [(f"    {name}", f"{seconds(time)}, {time / max(progress.seconds, 1e-9):.0%}") for name, time in phases.items()]
 
 

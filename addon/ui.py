@@ -5,7 +5,6 @@ from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
 
 from . import statistics, ui_report, ui_shared
-from .export_camera import image_size
 from .properties import QUALITIES, SppmSettings
 from .ui_shared import ENGINE, EnginePanel
 
@@ -51,13 +50,8 @@ class SPPM_PT_quality(EnginePanel, bpy.types.Panel):
             row.prop_enum(settings, "quality", "CUSTOM")
         summary = layout.column(align=True)
         summary.label(text=f"{settings.iterations} iterations")
-        summary.label(text=f"{statistics.count(_photons(context.scene))} photons in each")
-
-
-def _photons(scene):
-    """Photons of an iteration; by default as many as pixels."""
-    width, height = image_size(scene.render)
-    return scene.sppm.photons_per_iteration or width * height
+        photons = settings.photons_per_iteration
+        summary.label(text=f"{statistics.count(photons)} photons in each" if photons else "photons in each: automatic")
 
 
 class SPPM_PT_sampling(EnginePanel, bpy.types.Panel):
@@ -72,7 +66,7 @@ class SPPM_PT_light_paths(EnginePanel, bpy.types.Panel):
     bl_label = "Light Paths"
 
     def draw_properties(self, layout, context):
-        for name in ("max_depth",):
+        for name in ("max_depth", "indirect"):
             layout.prop(context.scene.sppm, name)
 
 
@@ -80,7 +74,7 @@ class SPPM_PT_photons(EnginePanel, bpy.types.Panel):
     bl_label = "Photons"
 
     def draw_properties(self, layout, context):
-        for name in ("photons_per_iteration", "initial_radius", "gamma"):
+        for name in ("photons_per_iteration", "radius_rule", "initial_radius", "gamma"):
             layout.prop(context.scene.sppm, name)
 
 

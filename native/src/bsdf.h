@@ -31,6 +31,13 @@ struct Lobe {
 
   bool diffuse() const { return type == LobeType::kDiffuse || type == LobeType::kRetroDiffuse; }
   bool smooth() const { return !diffuse() && alpha == 0; }
+  // The share of a lamp's light scattered here that photons carry on, where camera paths could find the rest. Falls smoothly with
+  // roughness, so that no picture changes abruptly with it.
+  float photon_share() const { return diffuse() ? 0.0f : sharpness(roughness); }
+  static float sharpness(float roughness) {
+    const float t = std::clamp((roughness - 0.25f) * 4, 0.0f, 1.0f);
+    return 1 - t * t * (3 - 2 * t);
+  }
 };
 
 // Directions and normals of a surface point, as lobes need them.

@@ -1,5 +1,7 @@
 #include "light.h"
 
+#include <numeric>
+
 #include "color.h"
 #include "status.h"
 
@@ -25,6 +27,20 @@ bool direct_only(uint32_t flags) { return flags & (SPPM_LIGHT_HIDDEN_FROM_SPECUL
 
 // 1 - cos(angle), exact for small angles.
 float versine(float angle) { return 2 * square(std::sin(angle / 2)); }
+
+// A direction in which a surface of constant radiance shines, with cos / pdf [sr].
+struct SurfaceDirection {
+  Vec3 direction;
+  float cos_over_pdf;
+};
+std::optional<SurfaceDirection> sample_surface_direction(Vec3 p, Vec3 normal, const Targets* targets, Vec2 u, float target) {
+  if (!targets) return SurfaceDirection{normalize(Frame(normal).to_world(sample_cosine_hemisphere(u))), kPi};
+  const auto aimed = targets->sample_direction(p, 0, {normal, 0}, u, target);
+  if (!aimed) return std::nullopt;
+  const float cosine = dot(aimed->direction, normal);
+  if (cosine <= 0) return std::nullopt;
+  return SurfaceDirection{aimed->direction, cosine / aimed->pdf_solid_angle};
+}
 
 }  // namespace
 
@@ -117,7 +133,8 @@ double Lights::lamp_power(const Lamp& lamp) const {
   }
 }
 
-void Lights::commit(const Bounds& bounds) {
+void Lights::commit(const Bounds& bounds, Targets targets) {
+  targets_ = std::move(targets);
   center_ = bounds.empty() ? Vec3{} : bounds.center();
   radius_ = bounds.radius() * 1.001f;
   std::vector<double> powers;
@@ -146,6 +163,14 @@ void Lights::commit(const Bounds& bounds) {
     powers.push_back(M_PI * static_cast<double>(square(radius_)) * world_integral_);
   }
   by_power_ = Distribution(powers);
+  if (!targets_.empty()) {
+    std::vector<double> aimed;
+    for (size_t i = 0; i < entries_.size(); ++i) aimed.push_back(powers[i] > 0 ? aimed_power(entries_[i]) : 0.0);
+    const double all = std::accumulate(aimed.begin(), aimed.end(), 0.0);
+    // An estimate from few samples may miss what a light does to a target: none that shines is left out.
+    for (size_t i = 0; i < entries_.size(); ++i) aimed[i] += powers[i] > 0 ? 0.01 * all * powers[i] / by_power_.total() : 0.0;
+    by_aimed_power_ = Distribution(aimed);
+  }
   // A weak lamp nearby can outshine a strong one far away, so half of the choices for direct light ignore power.
   size_t lit = 0;
   for (const double p : powers) lit += p > 0;
@@ -306,45 +331,60 @@ std::optional<DirectSample> Lights::sample_direct(Vec3 p, const Sample4& u) cons
   return s;
 }
 
-PhotonStart Lights::emit_from_infinity(Vec3 toward_light, Vec3 weight, Vec2 u) const {
+PhotonStart Lights::emit_from_infinity(Vec3 toward_light, Vec3 weight, const Targets* targets, Vec2 u, float target) const {
+  if (targets) {
+    const Targets::Line line = targets->sample_line(toward_light, u, target);
+    const float height = radius_ + dot(center_ - line.point, toward_light);
+    return {line.point + toward_light * height, -toward_light, weight / line.pdf_area};
+  }
   const Vec2 d = sample_disk(u);
   const Frame frame(toward_light);
   const Vec3 origin = center_ + (frame.s * d.x + frame.t * d.y + toward_light) * radius_;
   return {origin, -toward_light, weight * (kPi * square(radius_))};
 }
 
-std::optional<PhotonStart> Lights::emit_lamp(const Lamp& lamp, const Sample4& u) const {
+std::optional<PhotonStart> Lights::emit_lamp(const Lamp& lamp, const Targets* targets, const Sample4& u, float target) const {
   switch (lamp.type) {
     case SPPM_LIGHT_SUN: {
       const Vec3 toward =
           lamp.one_minus_cos == 0 ? -lamp.axis : Frame(-lamp.axis).to_world(sample_cone(u.second(), lamp.one_minus_cos));
       const float radiance_over_pdf = 2 / (2 - lamp.one_minus_cos);  // (1 / (pi sin^2)) (2 pi (1 - cos))
-      return emit_from_infinity(normalize(toward), lamp.emission * (lamp.one_minus_cos == 0 ? 1 : radiance_over_pdf), u.first());
+      const Vec3 weight = lamp.emission * (lamp.one_minus_cos == 0 ? 1 : radiance_over_pdf);
+      return emit_from_infinity(normalize(toward), weight, targets, u.first(), target);
     }
     case SPPM_LIGHT_POINT:
     case SPPM_LIGHT_SPOT: {
       // A sphere that shines with I(omega) / (pi r^2) sends I(omega) through its disk across omega.
       const bool spot = lamp.type == SPPM_LIGHT_SPOT;
       const float one_minus_cos = spot ? lamp.one_minus_cos : 2.0f;
-      const Frame axis(spot ? lamp.axis : Vec3{0, 0, 1});
-      const Vec3 direction = normalize(axis.to_world(sample_cone(u.second(), one_minus_cos)));
+      const Cone cone{spot ? lamp.axis : Vec3{0, 0, 1}, spot ? lamp.cos_half : -1.0f};
+      Targets::Direction sample;
+      if (targets) {
+        const auto aimed = targets->sample_direction(lamp.position, lamp.radius, cone, u.second(), target);
+        if (!aimed) return std::nullopt;
+        sample = *aimed;
+      } else {
+        sample = {normalize(Frame(cone.axis).to_world(sample_cone(u.second(), one_minus_cos))), 1 / (2 * kPi * one_minus_cos)};
+      }
       const Vec2 d = sample_disk(u.first());
-      const Frame across(direction);
+      const Frame across(sample.direction);
       const float forward = safe_sqrt(1 - d.x * d.x - d.y * d.y);
-      const Vec3 origin = lamp.position + (across.s * d.x + across.t * d.y + direction * forward) * lamp.radius;
-      const Vec3 weight = lamp.emission * spot_factor(lamp, dot(direction, lamp.axis)) * (2 * kPi * one_minus_cos);
-      return PhotonStart{origin, direction, weight};
+      const Vec3 origin = lamp.position + (across.s * d.x + across.t * d.y + sample.direction * forward) * lamp.radius;
+      const Vec3 weight = lamp.emission * spot_factor(lamp, dot(sample.direction, lamp.axis)) / sample.pdf_solid_angle;
+      return PhotonStart{origin, sample.direction, weight};
     }
     default: {
       const Vec2 q = lamp.type == SPPM_LIGHT_ELLIPSE ? sample_disk(u.first()) : Vec2{2 * u[0] - 1, 2 * u[1] - 1};
-      const Vec3 direction = normalize(Frame(lamp.axis).to_world(sample_cosine_hemisphere(u.second())));
-      return PhotonStart{lamp.position + lamp.x * q.x + lamp.y * q.y, direction,
-                         lamp.emission * (kPi * static_cast<float>(lamp.area))};
+      const Vec3 origin = lamp.position + lamp.x * q.x + lamp.y * q.y;
+      const auto sample = sample_surface_direction(origin, lamp.axis, targets, u.second(), target);
+      if (!sample) return std::nullopt;
+      return PhotonStart{origin, sample->direction, lamp.emission * (sample->cos_over_pdf * static_cast<float>(lamp.area))};
     }
   }
 }
 
-std::optional<PhotonStart> Lights::emit_triangles(const TriangleSet& set, const Sample4& u, const Sample4& v) const {
+std::optional<PhotonStart> Lights::emit_triangles(const TriangleSet& set, const Targets* targets, const Sample4& u,
+                                                  const Sample4& v) const {
   float choice = v[1];
   const size_t i = set.choice.sample(choice);
   const EmissiveTriangle& t = set.triangles[i];
@@ -353,29 +393,46 @@ std::optional<PhotonStart> Lights::emit_triangles(const TriangleSet& set, const 
   const float l = length(cross_product);
   if (!(l > 0)) return std::nullopt;
   const Vec3 normal = choice < 0.5f ? cross_product / l : -cross_product / l;
-  const Vec3 direction = normalize(Frame(normal).to_world(sample_cosine_hemisphere(u.second())));
-  const float weight = 2 * kPi * static_cast<float>(t.area) / set.choice.probability(i);
   const float scale = max_component(max(abs(t.p[0]), max(abs(t.p[1]), abs(t.p[2]))));
   const Vec3 origin = t.p[0] * (1 - b.x - b.y) + t.p[1] * b.x + t.p[2] * b.y + normal * (32 * 0x1p-23f * scale);
-  return PhotonStart{origin, direction, triangle_emission(t, b) * weight};
+  const auto sample = sample_surface_direction(origin, normal, targets, u.second(), v[2]);
+  if (!sample) return std::nullopt;
+  const float weight = 2 * sample->cos_over_pdf * static_cast<float>(t.area) / set.choice.probability(i);
+  return PhotonStart{origin, sample->direction, triangle_emission(t, b) * weight};
 }
 
-std::optional<PhotonStart> Lights::emit(const Sample4& u, const Sample4& v) const {
-  if (none()) return std::nullopt;
-  float choice = v[0];
-  const size_t i = by_power_.sample(choice);
-  const Entry entry = entries_[i];
-  std::optional<PhotonStart> start;
-  if (entry.kind == Kind::kLamp) start = emit_lamp(lamps_[entry.index], u);
-  if (entry.kind == Kind::kTriangles) start = emit_triangles(triangle_sets_[entry.index], u, v);
-  if (entry.kind == Kind::kWorld) {
-    float pdf = 0;
-    const Vec3 toward = sample_world_direction(u.second(), pdf);
-    if (!(pdf > 0)) return std::nullopt;
-    start = emit_from_infinity(toward, world_radiance(toward) / pdf, u.first());
+std::optional<PhotonStart> Lights::emit_entry(Entry entry, const Targets* targets, const Sample4& u, const Sample4& v) const {
+  switch (entry.kind) {
+    case Kind::kLamp: return emit_lamp(lamps_[entry.index], targets, u, v[2]);
+    case Kind::kTriangles: return emit_triangles(triangle_sets_[entry.index], targets, u, v);
+    default: {
+      float pdf = 0;
+      const Vec3 toward = sample_world_direction(u.second(), pdf);
+      if (!(pdf > 0)) return std::nullopt;
+      return emit_from_infinity(toward, world_radiance(toward) / pdf, targets, u.first(), v[2]);
+    }
   }
+}
+
+// Luminance of the power that leaves toward the targets, from few samples [W].
+double Lights::aimed_power(Entry entry) const {
+  constexpr uint64_t kSamples = 32, kStream = 0x61696d;
+  double sum = 0;
+  for (uint64_t i = 0; i < kSamples; ++i) {
+    Sampler sampler(kStream, i);
+    const Sample4 u = sampler.next(), v = sampler.next();
+    if (const auto start = emit_entry(entry, &targets_, u, v)) sum += static_cast<double>(luminance(start->weight));
+  }
+  return sum / static_cast<double>(kSamples);
+}
+
+std::optional<PhotonStart> Lights::emit(const Distribution& lights, const Targets* targets, const Sample4& u, const Sample4& v) const {
+  if (lights.empty()) return std::nullopt;
+  float choice = v[0];
+  const size_t i = lights.sample(choice);
+  auto start = emit_entry(entries_[i], targets, u, v);
   if (!start || is_black(start->weight)) return std::nullopt;
-  start->weight *= 1 / by_power_.probability(i);
+  start->weight *= 1 / lights.probability(i);
   return start;
 }
 

@@ -10,6 +10,7 @@
 #include "material.h"
 #include "sampling.h"
 #include "sppm/sppm.h"
+#include "targets.h"
 #include "vecmath.h"
 
 namespace sppm {
@@ -52,8 +53,8 @@ class Lights {
   void set_world(const SppmWorldDesc& desc);
   // One light a call; returns its index for `triangle_pdf_area`.
   uint32_t add_triangles(std::vector<EmissiveTriangle> triangles);
-  // Builds the distributions; `bounds` is that of the geometry.
-  void commit(const Bounds& bounds);
+  // Builds the distributions; `bounds` is that of the geometry, `targets` are what aimed photons are for.
+  void commit(const Bounds& bounds, Targets targets);
 
   bool none() const { return by_power_.empty(); }
   size_t count() const { return by_power_.size(); }
@@ -62,7 +63,12 @@ class Lights {
   bool can_be_met() const { return met_; }
 
   std::optional<DirectSample> sample_direct(Vec3 p, const Sample4& u) const;
-  std::optional<PhotonStart> emit(const Sample4& u, const Sample4& v) const;
+  // A photon to anywhere. [16.7]
+  std::optional<PhotonStart> emit(const Sample4& u, const Sample4& v) const { return emit(by_power_, nullptr, u, v); }
+  // One of those photons whose rays may meet a target.
+  std::optional<PhotonStart> emit_aimed(const Sample4& u, const Sample4& v) const { return emit(by_aimed_power_, &targets_, u, v); }
+  // False if nothing throws caustics, or no light reaches what does.
+  bool can_aim() const { return !by_aimed_power_.empty(); }
 
   // Lamps crossed at a distance in (near, far] from the point that scattered the ray; calls visit(EmittedLight).
   template <typename Visit>
@@ -107,9 +113,13 @@ class Lights {
   std::optional<DirectSample> sample_lamp(const Lamp& lamp, Vec3 p, Vec2 u) const;
   std::optional<DirectSample> sample_triangles(const TriangleSet& set, Vec3 p, Vec2 u, float choice) const;
   std::optional<DirectSample> sample_world(Vec2 u) const;
-  std::optional<PhotonStart> emit_lamp(const Lamp& lamp, const Sample4& u) const;
-  std::optional<PhotonStart> emit_triangles(const TriangleSet& set, const Sample4& u, const Sample4& v) const;
-  PhotonStart emit_from_infinity(Vec3 toward_light, Vec3 weight, Vec2 u) const;
+  // Emission, toward `targets` unless null.
+  std::optional<PhotonStart> emit(const Distribution& choice, const Targets* targets, const Sample4& u, const Sample4& v) const;
+  std::optional<PhotonStart> emit_entry(Entry entry, const Targets* targets, const Sample4& u, const Sample4& v) const;
+  std::optional<PhotonStart> emit_lamp(const Lamp& lamp, const Targets* targets, const Sample4& u, float target) const;
+  std::optional<PhotonStart> emit_triangles(const TriangleSet& set, const Targets* targets, const Sample4& u, const Sample4& v) const;
+  PhotonStart emit_from_infinity(Vec3 toward_light, Vec3 weight, const Targets* targets, Vec2 u, float target) const;
+  double aimed_power(Entry entry) const;
   Vec3 triangle_emission(const EmissiveTriangle& t, Vec2 barycentric) const;
 
   Vec3 world_radiance(Vec3 direction) const;
@@ -126,7 +136,8 @@ class Lights {
   std::vector<uint32_t> lamp_entry_, set_entry_;
   std::vector<uint32_t> sized_lamps_, suns_;
   uint32_t world_entry_ = 0;
-  Distribution by_power_, for_direct_;
+  Distribution by_power_, by_aimed_power_, for_direct_;
+  Targets targets_;
   bool met_ = false;
 
   bool has_world_ = false, world_hidden_ = false;

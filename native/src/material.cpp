@@ -1,5 +1,6 @@
 #include "material.h"
 
+#include "color.h"
 #include "status.h"
 
 namespace sppm {
@@ -32,6 +33,14 @@ const AlbedoTable* Materials::table(LobeType type, float ior) {
   return slot.get();
 }
 
+float Materials::caster_strength(const Closure& c) {
+  if (!scatters(c.type) || c.type == SPPM_DIFFUSE) return 0;
+  const float sharpness = Lobe::sharpness(c.roughness.texture ? 0.0f : c.roughness.value.x);
+  const Vec3 color = c.type != SPPM_DIELECTRIC || c.flags & SPPM_CLOSURE_REFRACTION_ONLY ? c.color.value : max(c.color.value, c.color2.value);
+  const float reflected = c.type == SPPM_COAT ? fresnel_dielectric(0.5f, c.ior) : 1.0f;
+  return sharpness * luminance(c.weight.value) * luminance(color) * reflected;
+}
+
 uint32_t Materials::add(const SppmMaterialDesc& desc) {
   const std::string name = std::string("material '") + (desc.name ? desc.name : "") + "'";
   require(desc.closure_count <= kMaxClosures, name + ": closure_count must be at most 16");
@@ -56,7 +65,7 @@ uint32_t Materials::add(const SppmMaterialDesc& desc) {
     if (type == SPPM_COAT && c.flags & SPPM_CLOSURE_ATTENUATE) closure.cover = table(LobeType::kCoat, c.ior);
     material.emits |= type == SPPM_EMISSION;
     material.transparent |= type == SPPM_TRANSPARENT;
-    material.specular |= type == SPPM_DIELECTRIC || type == SPPM_CONDUCTOR || type == SPPM_COAT;
+    material.caster_strength += caster_strength(closure);
     material.textured |= closure.weight.texture || closure.color.texture || closure.color2.texture || closure.roughness.texture;
     material.closures.push_back(closure);
   }

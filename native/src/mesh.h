@@ -24,6 +24,9 @@ struct Mesh {
   std::vector<uint16_t> slots;  // empty: all 0
   uint32_t slot_count = 1;
 
+  Bounds bounds;
+
+  void transform(const Affine& to_world);
   uint32_t slot(uint32_t triangle) const { return slots.empty() ? 0 : slots[triangle]; }
   uint64_t memory() const;
 };

@@ -8,6 +8,15 @@ namespace {
 // A hit point computed from barycentrics is off its plane by a few roundings of the coordinates and edges it was made of, and Embree's
 // own test by a few more; this many units in the last place of the largest of them are beyond both.
 constexpr float kOffsetUlps = 16 * 0x1p-23f;
+// A large mesh is taken in so many runs of triangles, neighbours in most meshes, when it is looked for what throws caustics.
+constexpr size_t kCasterRuns = 4096;
+
+Bounds transformed(const Bounds& b, const Affine& transform) {
+  Bounds result;
+  for (int corner = 0; corner < 8; ++corner)
+    result.add(transform.point({corner & 1 ? b.hi.x : b.lo.x, corner & 2 ? b.hi.y : b.lo.y, corner & 4 ? b.hi.z : b.lo.z}));
+  return result;
+}
 
 }  // namespace
 
@@ -52,12 +61,7 @@ void Scene::move_single_meshes() {
       meshes_.push_back(std::make_unique<Mesh>(*meshes_[i.mesh]));
       i.mesh = static_cast<uint32_t>(meshes_.size() - 1);
     }
-    Mesh& mesh = *meshes_[i.mesh];
-    for (Vec3& p : mesh.positions) p = i.transform.point(p);
-    for (PackedDirection& n : mesh.normals) {
-      const Vec3 moved = i.transform.normal(unpack_direction(n));
-      if (length_squared(moved) > 0) n = pack_direction(normalize(moved));
-    }
+    meshes_[i.mesh]->transform(i.transform);
     i.transform = {};
     i.identity = true;
   }
@@ -79,6 +83,28 @@ void Scene::collect_emitters(Instance& instance) {
   if (!triangles.empty()) instance.light = lights.add_triangles(std::move(triangles));
 }
 
+void Scene::collect_casters(const Instance& instance, std::vector<Caster>& casters) const {
+  float strongest = 0;
+  for (const uint32_t m : instance.materials) strongest = std::max(strongest, materials.caster_strength(m));
+  if (strongest == 0) return;
+  const Mesh& mesh = *meshes_[instance.mesh];
+  if (!instance.identity) {  // a whole instance is one: there may be thousands
+    casters.push_back({transformed(mesh.bounds, instance.transform), strongest});
+    return;
+  }
+  const size_t run = mesh.indices.size() / kCasterRuns + 1;
+  for (size_t begin = 0; begin < mesh.indices.size(); begin += run) {
+    Caster caster;
+    for (size_t t = begin; t < std::min(begin + run, mesh.indices.size()); ++t) {
+      const float strength = materials.caster_strength(instance.materials[mesh.slot(static_cast<uint32_t>(t))]);
+      if (strength == 0) continue;
+      for (const uint32_t vertex : mesh.indices[t]) caster.bounds.add(mesh.positions[vertex]);
+      caster.strength = std::max(caster.strength, strength);
+    }
+    if (caster.strength > 0) casters.push_back(caster);
+  }
+}
+
 void Scene::commit(const Threads& threads) {
   if (committed_) throw Error(SPPM_INVALID_STATE, "the scene is committed already");
   if (!has_camera_) throw Error(SPPM_INVALID_STATE, "the scene has no camera");
@@ -89,13 +115,19 @@ void Scene::commit(const Threads& threads) {
     triangle_count_ += meshes_[i.mesh]->indices.size();
     for (const uint32_t m : i.materials) {
       has_transparent_ |= materials.transparent(m);
-      has_specular_ |= materials.specular(m);
+      has_specular_ |= materials.caster_strength(m) > 0;
       has_textures_ |= materials.textured(m);
     }
   }
   threads.for_each(1, [&](uint64_t) { accel_.build(placements); });
-  for (Instance& i : instances_) collect_emitters(i);
-  lights.commit(accel_.bounds());
+  std::vector<Caster> casters;
+  for (Instance& i : instances_) {
+    collect_emitters(i);
+    collect_casters(i, casters);
+  }
+  Targets targets;
+  targets.build(std::move(casters));
+  lights.commit(accel_.bounds(), std::move(targets));
   committed_ = true;
 }
 

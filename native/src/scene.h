@@ -71,6 +71,7 @@ class Scene {
   };
   void move_single_meshes();
   void collect_emitters(Instance& instance);
+  void collect_casters(const Instance& instance, std::vector<Caster>& casters) const;
   SurfaceAttributes attributes(const Mesh& mesh, uint32_t triangle, float u, float v) const;
   std::array<Vec3, 3> vertices(const Instance& instance, uint32_t triangle) const;
 

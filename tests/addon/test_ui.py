@@ -121,13 +121,12 @@ def test_panels_are_for_this_engine_only(rendered):
 def test_quality_comes_first_and_tells_what_it_sets(empty_scene):
     first = next(cls for cls in ui._CLASSES if issubclass(cls, bpy.types.Panel) and cls is not ui.SPPM_PT_presets)
     assert first is ui.SPPM_PT_quality
-    empty_scene.render.resolution_x, empty_scene.render.resolution_y = 2000, 1000
     empty_scene.sppm.quality = "FINAL"
     drawn = draw(first)
     assert "CUSTOM" not in drawn
-    assert [f"{QUALITIES['FINAL']['iterations']} iterations", "2.00 M photons in each"] == drawn[-2:]
-    empty_scene.sppm.iterations = 3
-    assert {"CUSTOM", "3 iterations"} <= set(draw(first))
+    assert [f"{QUALITIES['FINAL']['iterations']} iterations", "photons in each: automatic"] == drawn[-2:]
+    empty_scene.sppm.photons_per_iteration = 2000
+    assert {"CUSTOM", "2.00 k photons in each"} <= set(draw(first))
 
 
 @pytest.mark.parametrize("kind", ["POINT", "SPOT", "SUN", "AREA"])
@@ -174,8 +173,14 @@ def test_statistics_are_those_of_the_render(rendered):
     drawn = draw(ui_report.SPPM_PT_statistics)
     rows = dict(zip(drawn[::2], drawn[1::2]))
     assert rows["Iterations"] == "4"
-    assert rows["Photons sent"] == statistics.count(4 * 32 * 32)
+    assert rows["Photons sent"] == statistics.count(the_progress().photons_emitted)
+    assert rows["Indirect light by"] in ("photons", "paths")
     assert {"    Camera paths", "    Photon paths", "    Gathering", "Rays", "Rays/s", "Memory", "Caustics light"} <= set(rows)
+
+
+def the_progress():
+    ((_, report),) = statistics.reports("Scene", ["ViewLayer"])
+    return report.progress
 
 
 def test_nothing_is_told_before_a_render_or_of_another_file(rendered):

@@ -11,15 +11,32 @@ using namespace sppm;
 
 namespace {
 
+// The square metre that photons are caught on, in tiles, and something beside it.
+Targets make_targets(float z) {
+  std::vector<Caster> casters;
+  for (int i = 0; i < 16; ++i) {
+    const float x = static_cast<float>(i / 4) / 4, y = static_cast<float>(i % 4) / 4 - 0.5f;
+    Caster tile{{}, 0.3f + 0.7f * static_cast<float>(i % 3)};
+    tile.bounds.add(Vec3{x, y, z}), tile.bounds.add(Vec3{x + 0.25f, y + 0.25f, z});
+    casters.push_back(tile);
+  }
+  Caster other{{}, 1};
+  other.bounds.add(Vec3{-1, -0.2f, -0.7f}), other.bounds.add(Vec3{-0.6f, 0.2f, -0.3f});
+  casters.push_back(other);
+  Targets targets;
+  targets.build(casters);
+  return targets;
+}
+
 // Lights of a scene whose bounding sphere has radius 2 around the origin.
 struct Rig {
   Textures textures;
   Materials materials{&textures};
   Lights lights{&textures, &materials};
 
-  void commit() {
+  void commit(float z = 0) {
     const float e = 2 / std::sqrt(3.0f);
-    lights.commit({splat(-e), splat(e)});
+    lights.commit({splat(-e), splat(e)}, make_targets(z));
   }
 };
 
@@ -56,20 +73,24 @@ double irradiance(const Lights& lights, Vec3 p, Vec3 n) {
   return sum / kSamples;
 }
 
-// Mean irradiance of a square metre at height z, by direct light and by photons that cross it from above.
+// Mean irradiance of a square metre at height z, by direct light, by photons that cross it from above, and by photons aimed at it.
 void check_photons_bring_irradiance(const Lights& lights, float z) {
-  double direct = 0, photons = 0;
+  double direct = 0, photons = 0, aimed = 0;
+  const auto caught = [&](const std::optional<PhotonStart>& start) {
+    if (!start || start->direction.z >= 0 || start->origin.z < z) return 0.0;
+    const Vec3 q = start->origin + start->direction * ((z - start->origin.z) / start->direction.z);
+    return q.x >= 0 && q.x < 1 && std::abs(q.y) < 0.5f ? static_cast<double>(start->weight.x) : 0.0;
+  };
   for (uint64_t i = 0; i < 4 * kSamples; ++i) {
     const Sample4 u = number(i, 3);
     const Vec3 p{u[2], u[3] - 0.5f, z};
     if (const auto s = lights.sample_direct(p, number(i, 4)))
       direct += static_cast<double>(s->radiance.x * std::max(0.0f, s->wi.z) / s->pdf);
-    const auto start = lights.emit(number(i, 5), number(i, 6));
-    if (!start || start->direction.z >= 0 || start->origin.z < z) continue;
-    const Vec3 q = start->origin + start->direction * ((z - start->origin.z) / start->direction.z);
-    if (q.x >= 0 && q.x < 1 && std::abs(q.y) < 0.5f) photons += static_cast<double>(start->weight.x);
+    photons += caught(lights.emit(number(i, 5), number(i, 6)));
+    aimed += caught(lights.emit_aimed(number(i, 7), number(i, 8)));
   }
-  CHECK(photons / (4 * kSamples) == doctest::Approx(direct / (4 * kSamples)).epsilon(0.015).scale(0));
+  CHECK(photons == doctest::Approx(direct).epsilon(0.015).scale(0));
+  CHECK(aimed == doctest::Approx(direct).epsilon(0.015).scale(0));
 }
 
 double close(double value, double other) { return std::abs(value / other - 1); }
@@ -179,7 +200,7 @@ TEST_CASE("photons bring to a surface what direct light says") {
     CAPTURE(d.radius);
     Rig rig;
     rig.lights.add_lamp(d);
-    rig.commit();
+    rig.commit(-0.5f);
     check_photons_bring_irradiance(rig.lights, -0.5f);
   }
 }
@@ -362,5 +383,7 @@ TEST_CASE("no lights, no power, no photons") {
   rig.commit();
   CHECK(rig.lights.none());
   CHECK_FALSE(rig.lights.emit(number(0, 0), number(0, 1)));
+  CHECK_FALSE(rig.lights.can_aim());
+  CHECK_FALSE(rig.lights.emit_aimed(number(0, 0), number(0, 1)));
   CHECK_FALSE(rig.lights.sample_direct({}, number(0, 0)));
 }
