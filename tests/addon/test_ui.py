@@ -246,10 +246,12 @@ def test_panels_draw_in_a_window(tmp_path):
     """Blender draws each tab and prints the trace of every panel that fails."""
     script = Path(__file__).with_name("draw_in_window.py")
     assert shutil.which("xvfb-run"), "install xvfb"
-    command = ["xvfb-run", "-a", "-s", "-screen 0 900x800x24 +extension GLX", bpy.app.binary_path, "--factory-startup",
-               "--window-geometry", "0", "0", "900", "800", "--addons", "sppm", "--python-exit-code", "1", "-P", str(script)]
+    # `timeout` ends Blender and the X server too, and not only the script that started them.
+    command = ["timeout", "300", "xvfb-run", "-a", "-s", "-screen 0 900x800x24 +extension GLX", bpy.app.binary_path,
+               "--factory-startup", "--window-geometry", "0", "0", "900", "800", "--addons", "sppm", "--python-exit-code", "1",
+               "-P", str(script)]
     done = subprocess.run(command, env={**os.environ, "LIBGL_ALWAYS_SOFTWARE": "1", "BLENDER_USER_CONFIG": str(tmp_path)},
-                          capture_output=True, text=True, timeout=240, check=False)
+                          capture_output=True, text=True, check=False)
     output = done.stdout + done.stderr
     assert done.returncode == 0, output
     assert "Traceback" not in output and "rna_uiItem" not in output, output
