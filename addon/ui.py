@@ -51,7 +51,7 @@ class SPPM_PT_quality(EnginePanel, bpy.types.Panel):
         summary = layout.column(align=True)
         summary.label(text=f"{settings.iterations} iterations")
         photons = settings.photons_per_iteration
-        summary.label(text=f"{statistics.count(photons)} photons in each" if photons else "photons in each: automatic")
+        summary.label(text=f"{statistics.count(photons)} photons in each" if photons else "photons: automatic")
 
 
 class SPPM_PT_sampling(EnginePanel, bpy.types.Panel):

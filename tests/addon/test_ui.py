@@ -124,7 +124,7 @@ def test_quality_comes_first_and_tells_what_it_sets(empty_scene):
     empty_scene.sppm.quality = "FINAL"
     drawn = draw(first)
     assert "CUSTOM" not in drawn
-    assert [f"{QUALITIES['FINAL']['iterations']} iterations", "photons in each: automatic"] == drawn[-2:]
+    assert [f"{QUALITIES['FINAL']['iterations']} iterations", "photons: automatic"] == drawn[-2:]
     empty_scene.sppm.photons_per_iteration = 2000
     assert {"CUSTOM", "2.00 k photons in each"} <= set(draw(first))
 
