@@ -53,10 +53,10 @@ class CameraPath {
     if (!camera_ray_ && share_ > 0) scene_.lights.visit_lamps(scattered_at_, ray_.direction, near, since_scatter_, add);
     if (surface) {
       if (!waiting_) sample_.point.path_length += distance;
-      add(scene_.emitted(*surface, -ray_.direction, since_scatter_));
+      add(scene_.emitted(*surface, -ray_.direction, scattered_at_, since_scatter_));
     } else {
       if (camera_ray_) sample_.alpha = settings_.transparent_film ? 1 - std::min(1.0f, luminance(beta_)) : 1.0f;
-      if (!camera_ray_ || !settings_.transparent_film) scene_.lights.visit_infinite(ray_.direction, camera_ray_, add);
+      if (!camera_ray_ || !settings_.transparent_film) scene_.lights.visit_infinite(scattered_at_, ray_.direction, camera_ray_, add);
     }
     return surface;
   }

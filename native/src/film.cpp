@@ -29,8 +29,7 @@ class Gatherer {
       value *= shading / geometric;
       if (lobe_) value *= evaluate(*lobe_, at_, wo_, wi);
     }
-    const Vec3 weighted = value * vp_.weight;
-    if (is_black(weighted) || !is_finite(weighted)) return;  // what adds nothing does not shrink the radius
+    if (!(dot(value, vp_.weight) > 0)) return;  // what adds nothing does not shrink the radius
     sum_ += value;
     ++count_;
   }

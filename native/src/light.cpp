@@ -171,15 +171,79 @@ void Lights::commit(const Bounds& bounds, Targets targets) {
     for (size_t i = 0; i < entries_.size(); ++i) aimed[i] += powers[i] > 0 ? 0.01 * all * powers[i] / by_power_.total() : 0.0;
     by_aimed_power_ = Distribution(aimed);
   }
-  // A weak lamp nearby can outshine a strong one far away, so half of the choices for direct light ignore power.
-  size_t lit = 0;
-  for (const double p : powers) lit += p > 0;
-  std::vector<double> direct;
-  for (const double p : powers)
-    direct.push_back(p > 0 ? 0.5 * p / by_power_.total() + 0.5 / static_cast<double>(lit) : 0.0);
-  for_direct_ = Distribution(direct);
+  build_choice();
   met_ = has_world_ || !suns_.empty() || !sized_lamps_.empty();
   for (const TriangleSet& set : triangle_sets_) met_ |= !set.choice.empty();
+}
+
+LightBounds Lights::lamp_bounds(const Lamp& lamp) const {
+  LightBounds b;
+  b.center = lamp.position, b.axis = lamp.axis;
+  b.intensity = luminance(lamp.emission);
+  switch (lamp.type) {
+    case SPPM_LIGHT_SUN: b.intensity = 0; break;
+    case SPPM_LIGHT_POINT: b.radius = lamp.radius; break;
+    case SPPM_LIGHT_SPOT:
+      // The fall-off belongs to the point of a lamp's sphere that is seen, so the cone is that of the whole sphere.
+      b.radius = lamp.radius, b.spread = lamp.radius > 0 ? kPi : std::acos(std::clamp(lamp.cos_half, -1.0f, 1.0f));
+      break;
+    default:
+      b.radius = length(max(abs(lamp.x + lamp.y), abs(lamp.x - lamp.y)));
+      b.intensity *= static_cast<float>(lamp.area);
+      b.spread = 0, b.fade = kPi / 2;
+  }
+  return b;
+}
+
+void Lights::build_choice() {
+  std::vector<LightBounds> near(entries_.size());
+  std::vector<double> far;
+  for (uint32_t i = 0; i < entries_.size(); ++i) {
+    const Entry& entry = entries_[i];
+    double irradiance = 0;
+    if (entry.kind == Kind::kLamp) {
+      near[i] = lamp_bounds(lamps_[entry.index]);
+      if (lamps_[entry.index].type == SPPM_LIGHT_SUN) irradiance = static_cast<double>(luminance(lamps_[entry.index].emission));
+    } else if (entry.kind == Kind::kTriangles) {
+      const TriangleSet& set = triangle_sets_[entry.index];
+      Bounds bounds;
+      for (const EmissiveTriangle& t : set.triangles)
+        for (const Vec3 p : t.p) bounds.add(p);
+      near[i].center = bounds.center(), near[i].radius = bounds.radius();
+      near[i].intensity = static_cast<float>(set.choice.total());
+    } else {
+      irradiance = world_integral_ / 4;  // of a hemisphere of the mean radiance
+    }
+    if (irradiance <= 0) continue;
+    far_entries_.push_back(i);
+    far.push_back(irradiance);
+  }
+  near_.build(near);
+  far_ = Distribution(far);
+}
+
+std::optional<LightTree::Choice> Lights::choose(Vec3 p, float& u) const {
+  const float near = near_.irradiance(p), total = near + static_cast<float>(far_.total());
+  if (!(total > 0)) return std::nullopt;
+  const float share = near / total;
+  if (u < share) {
+    u = std::min(u / share, 0x1.fffffep-1f);
+    auto choice = near_.sample(p, u);
+    if (choice) choice->probability *= share;
+    return choice;
+  }
+  u = std::min((u - share) / (1 - share), 0x1.fffffep-1f);
+  if (far_.empty()) return std::nullopt;
+  const size_t i = far_.sample(u);
+  return LightTree::Choice{far_entries_[i], (1 - share) * far_.probability(i)};
+}
+
+float Lights::probability(uint32_t entry, Vec3 p) const {
+  const float near = near_.irradiance(p), total = near + static_cast<float>(far_.total());
+  if (!(total > 0)) return 0;
+  for (size_t i = 0; i < far_entries_.size(); ++i)
+    if (far_entries_[i] == entry) return (1 - near / total) * far_.probability(i);
+  return near / total * near_.probability(entry, p);
 }
 
 Vec3 Lights::spot_factor(const Lamp& lamp, float cos_theta) const {
@@ -242,7 +306,7 @@ std::optional<DirectSample> Lights::sample_lamp(const Lamp& lamp, Vec3 p, Vec2 u
 std::optional<EmittedLight> Lights::lamp_along(uint32_t i, Vec3 origin, Vec3 direction, float near, float far) const {
   const Lamp& lamp = lamps_[i];
   // Infinite where direct light takes all: the weight of a rough surface's ray is then 0.
-  const float choice = direct_only(lamp.flags) ? kInfinity : for_direct_.probability(lamp_entry_[i]);
+  const auto choice = [&] { return direct_only(lamp.flags) ? kInfinity : probability(lamp_entry_[i], origin); };
   const Vec3 to_center = lamp.position - origin;
   if (lamp.type == SPPM_LIGHT_POINT || lamp.type == SPPM_LIGHT_SPOT) {
     const float d2 = length_squared(to_center), r2 = square(lamp.radius);
@@ -253,7 +317,7 @@ std::optional<EmittedLight> Lights::lamp_along(uint32_t i, Vec3 origin, Vec3 dir
     if (t <= near || t > far) return std::nullopt;
     const float sin2 = r2 / d2;
     const float one_minus_cos = sin2 / (1 + safe_sqrt(1 - sin2));
-    return EmittedLight{lamp.emission * spot_factor(lamp, dot(-direction, lamp.axis)) / (kPi * r2), choice / (2 * kPi * one_minus_cos)};
+    return EmittedLight{lamp.emission * spot_factor(lamp, dot(-direction, lamp.axis)) / (kPi * r2), choice() / (2 * kPi * one_minus_cos)};
   }
   const float cosine = -dot(direction, lamp.axis);
   if (cosine <= 0) return std::nullopt;
@@ -263,14 +327,14 @@ std::optional<EmittedLight> Lights::lamp_along(uint32_t i, Vec3 origin, Vec3 dir
   const float a = dot(q, lamp.x) / length_squared(lamp.x), b = dot(q, lamp.y) / length_squared(lamp.y);
   const bool inside = lamp.type == SPPM_LIGHT_ELLIPSE ? a * a + b * b <= 1 : std::abs(a) <= 1 && std::abs(b) <= 1;
   if (!inside) return std::nullopt;
-  return EmittedLight{lamp.emission, choice * t * t / (cosine * static_cast<float>(lamp.area))};
+  return EmittedLight{lamp.emission, choice() * t * t / (cosine * static_cast<float>(lamp.area))};
 }
 
-std::optional<EmittedLight> Lights::sun_along(uint32_t i, Vec3 direction) const {
+std::optional<EmittedLight> Lights::sun_along(uint32_t i, Vec3 origin, Vec3 direction) const {
   const Lamp& lamp = lamps_[i];
   const float off = 0.5f * length_squared(direction + lamp.axis);  // 1 - cos to the sun's centre
   if (off > lamp.one_minus_cos) return std::nullopt;
-  const float choice = direct_only(lamp.flags) ? kInfinity : for_direct_.probability(lamp_entry_[i]);
+  const float choice = direct_only(lamp.flags) ? kInfinity : probability(lamp_entry_[i], origin);
   return EmittedLight{lamp.emission / (kPi * lamp.one_minus_cos * (2 - lamp.one_minus_cos)), choice / (2 * kPi * lamp.one_minus_cos)};
 }
 
@@ -302,11 +366,11 @@ std::optional<DirectSample> Lights::sample_triangles(const TriangleSet& set, Vec
   return s;
 }
 
-float Lights::triangle_pdf_area(uint32_t set_index, uint32_t triangle) const {
+float Lights::triangle_pdf_area(uint32_t set_index, uint32_t triangle, Vec3 p) const {
   const TriangleSet& set = triangle_sets_[set_index];
   const double area = set.triangles[triangle].area;
   if (!(area > 0) || set.choice.empty()) return 0;
-  return for_direct_.probability(set_entry_[set_index]) * set.choice.probability(triangle) / static_cast<float>(area);
+  return probability(set_entry_[set_index], p) * set.choice.probability(triangle) / static_cast<float>(area);
 }
 
 std::optional<DirectSample> Lights::sample_world(Vec2 u) const {
@@ -319,14 +383,15 @@ std::optional<DirectSample> Lights::sample_world(Vec2 u) const {
 
 std::optional<DirectSample> Lights::sample_direct(Vec3 p, const Sample4& u) const {
   if (none()) return std::nullopt;
-  float choice = u[2];
-  const size_t i = for_direct_.sample(choice);
-  const Entry entry = entries_[i];
+  float fresh = u[2];
+  const auto choice = choose(p, fresh);
+  if (!choice) return std::nullopt;
+  const Entry entry = entries_[choice->light];
   auto s = entry.kind == Kind::kLamp        ? sample_lamp(lamps_[entry.index], p, u.first())
-           : entry.kind == Kind::kTriangles ? sample_triangles(triangle_sets_[entry.index], p, u.first(), choice)
+           : entry.kind == Kind::kTriangles ? sample_triangles(triangle_sets_[entry.index], p, u.first(), fresh)
                                             : sample_world(u.first());
   if (!s || !(s->pdf > 0) || !std::isfinite(s->pdf) || is_black(s->radiance)) return std::nullopt;
-  s->pdf *= for_direct_.probability(i);
+  s->pdf *= choice->probability;
   if (entry.kind == Kind::kLamp) s->delta |= direct_only(lamps_[entry.index].flags);
   return s;
 }
@@ -534,7 +599,5 @@ float Lights::world_direction_pdf(Vec3 d) const {
   const float lo = std::sin(kPi * (static_cast<float>(row) / h - 0.5f)), hi = std::sin(kPi * (static_cast<float>(row + 1) / h - 0.5f));
   return map_rows_.probability(row) * map_columns_[row].probability(column) * static_cast<float>(map_width_) / (2 * kPi * (hi - lo));
 }
-
-float Lights::world_pdf(Vec3 direction) const { return for_direct_.probability(world_entry_) * world_direction_pdf(direction); }
 
 }  // namespace sppm

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "image.h"
+#include "light_tree.h"
 #include "material.h"
 #include "sampling.h"
 #include "sppm/sppm.h"
@@ -76,16 +77,17 @@ class Lights {
     for (const uint32_t i : sized_lamps_)
       if (const auto found = lamp_along(i, origin, direction, near, far)) visit(*found);
   }
-  // Environment, and with `suns` the suns' disks, that a ray which leaves the scene sees.
+  // Environment, and unless a camera ray the suns' disks, that a ray which leaves the scene sees; `origin` scattered it.
   template <typename Visit>
-  void visit_infinite(Vec3 direction, bool camera_ray, Visit visit) const {
-    if (has_world_ && !(camera_ray && world_hidden_)) visit(EmittedLight{world_radiance(direction), world_pdf(direction)});
+  void visit_infinite(Vec3 origin, Vec3 direction, bool camera_ray, Visit visit) const {
+    if (has_world_ && !(camera_ray && world_hidden_))
+      visit(EmittedLight{world_radiance(direction), probability(world_entry_, origin) * world_direction_pdf(direction)});
     if (!camera_ray)
       for (const uint32_t i : suns_)
-        if (const auto found = sun_along(i, direction)) visit(*found);
+        if (const auto found = sun_along(i, origin, direction)) visit(*found);
   }
-  // Density over area with which direct light picks a point on emissive triangle `triangle` of light `light`.
-  float triangle_pdf_area(uint32_t light, uint32_t triangle) const;
+  // Density over area with which direct light of p picks a point on emissive triangle `triangle` of light `light`.
+  float triangle_pdf_area(uint32_t light, uint32_t triangle, Vec3 p) const;
 
  private:
   struct Lamp {
@@ -107,9 +109,14 @@ class Lights {
   };
 
   double lamp_power(const Lamp& lamp) const;
+  // Chooses the light that a sample of p's direct light comes from, and makes u fresh again.
+  std::optional<LightTree::Choice> choose(Vec3 p, float& u) const;
+  float probability(uint32_t entry, Vec3 p) const;
+  void build_choice();
+  LightBounds lamp_bounds(const Lamp& lamp) const;
   Vec3 spot_factor(const Lamp& lamp, float cos_theta) const;
   std::optional<EmittedLight> lamp_along(uint32_t lamp, Vec3 origin, Vec3 direction, float near, float far) const;
-  std::optional<EmittedLight> sun_along(uint32_t lamp, Vec3 direction) const;
+  std::optional<EmittedLight> sun_along(uint32_t lamp, Vec3 origin, Vec3 direction) const;
   std::optional<DirectSample> sample_lamp(const Lamp& lamp, Vec3 p, Vec2 u) const;
   std::optional<DirectSample> sample_triangles(const TriangleSet& set, Vec3 p, Vec2 u, float choice) const;
   std::optional<DirectSample> sample_world(Vec2 u) const;
@@ -123,7 +130,6 @@ class Lights {
   Vec3 triangle_emission(const EmissiveTriangle& t, Vec2 barycentric) const;
 
   Vec3 world_radiance(Vec3 direction) const;
-  float world_pdf(Vec3 direction) const;  // choice of the world included
   Vec3 sample_world_direction(Vec2 u, float& pdf) const;  // pdf without the choice
   float world_direction_pdf(Vec3 direction) const;
   void build_world_distribution();
@@ -136,7 +142,10 @@ class Lights {
   std::vector<uint32_t> lamp_entry_, set_entry_;
   std::vector<uint32_t> sized_lamps_, suns_;
   uint32_t world_entry_ = 0;
-  Distribution by_power_, by_aimed_power_, for_direct_;
+  Distribution by_power_, by_aimed_power_;
+  LightTree near_;                      // all but suns and world
+  Distribution far_;                    // those, by irradiance
+  std::vector<uint32_t> far_entries_;
   Targets targets_;
   bool met_ = false;
 

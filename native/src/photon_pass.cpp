@@ -114,7 +114,7 @@ void PhotonMap::build(std::vector<Block>& blocks, const Threads& threads) {
     }
   });
   grid_.build(keys_, threads);
-  x_.resize(n), y_.resize(n), z_.resize(n), tags_.resize(n), sorted_.resize(n);
+  x_.resize(n + kLanes), y_.resize(n + kLanes), z_.resize(n + kLanes), tags_.resize(n), sorted_.resize(n);
   threads.for_blocks(n, 1 << 14, [&](uint64_t begin, uint64_t end) {
     for (uint64_t i = begin; i < end; ++i) {
       const uint32_t from = grid_.order()[i];

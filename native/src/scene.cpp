@@ -204,11 +204,11 @@ Bsdf Scene::bsdf(const SurfacePoint& s) const {
   return bsdf;
 }
 
-EmittedLight Scene::emitted(const SurfacePoint& s, Vec3 wo, float distance) const {
+EmittedLight Scene::emitted(const SurfacePoint& s, Vec3 wo, Vec3 from, float distance) const {
   const Instance& instance = instances_[s.instance];
   if (instance.light == kNone || instance.light_triangles[s.triangle] == kNone) return {};
   const float cosine = std::abs(dot(wo, s.ng));
-  const float pdf_area = lights.triangle_pdf_area(instance.light, instance.light_triangles[s.triangle]);
+  const float pdf_area = lights.triangle_pdf_area(instance.light, instance.light_triangles[s.triangle], from);
   return {materials.emission(s.material, s.attributes), cosine > 0 ? pdf_area * square(distance) / cosine : 0.0f};
 }
 

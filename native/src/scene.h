@@ -45,8 +45,9 @@ class Scene {
   // What is left of light along the ray: 1 where nothing stands in its way, 0 behind anything opaque. Adds the rays traced.
   Vec3 transmittance(Ray ray, uint64_t& rays) const;
   Bsdf bsdf(const SurfacePoint& s) const;
-  // Radiance that the surface emits toward a ray of direction -wo that came from `distance` away, with the pdf of direct light.
-  EmittedLight emitted(const SurfacePoint& s, Vec3 wo, float distance) const;
+  // Radiance that the surface emits toward a ray of direction -wo that was scattered at `from`, `distance` away, with the pdf of direct
+  // light there.
+  EmittedLight emitted(const SurfacePoint& s, Vec3 wo, Vec3 from, float distance) const;
   Vec3 transparency(const SurfacePoint& s) const {
     return materials.transparent(s.material) ? materials.transparency(s.material, s.attributes) : Vec3{};
   }

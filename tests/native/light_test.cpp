@@ -226,7 +226,7 @@ TEST_CASE("what direct light finds is met by a ray in the same direction, with t
     if (std::isfinite(s->distance))
       rig.lights.visit_lamps(p, s->wi, 0, s->distance * 1.001f, visit);
     else
-      rig.lights.visit_infinite(s->wi, false, visit);
+      rig.lights.visit_infinite(p, s->wi, false, visit);
     missed += !found;
     if (std::isfinite(s->distance)) rig.lights.visit_lamps(p, s->wi, 0, s->distance * 0.1f, [&](const EmittedLight&) { CHECK(false); });
   }
@@ -272,7 +272,7 @@ TEST_CASE("directions of an image world follow its density, turned or not") {
       const Sample4 u{{uniform(random), uniform(random), uniform(random), 0}};
       const auto s = rig.lights.sample_direct({}, u);
       if (!s) continue;
-      rig.lights.visit_infinite(s->wi, false, [&](const EmittedLight& e) {
+      rig.lights.visit_infinite({}, s->wi, false, [&](const EmittedLight& e) {
         if (i % 64 == 0) CHECK(close(static_cast<double>(e.pdf_solid_angle), static_cast<double>(s->pdf)) < 1e-3);
       });
       by_samples += static_cast<double>(s->radiance.x / s->pdf) / n;
@@ -290,7 +290,7 @@ TEST_CASE("directions of an image world follow its density, turned or not") {
           const float z = 2 * (static_cast<float>(row) + (static_cast<float>(k / steps) + 0.5f) / steps) / rows - 1;
           const float phi = 2 * kPi * ((static_cast<float>(column) + (static_cast<float>(k % steps) + 0.5f) / steps) / columns - 0.5f);
           const float r = std::sqrt(1 - z * z);
-          rig.lights.visit_infinite({r * std::cos(phi), r * std::sin(phi), z}, false, [&](const EmittedLight& e) {
+          rig.lights.visit_infinite({}, {r * std::cos(phi), r * std::sin(phi), z}, false, [&](const EmittedLight& e) {
             const double solid = 4 * M_PI / (rows * columns * steps * steps);
             expected += n * solid * static_cast<double>(e.pdf_solid_angle);
             by_quadrature += solid * static_cast<double>(e.radiance.x);
@@ -325,7 +325,7 @@ TEST_CASE("an image world shows +x in its middle, +y to the left of it and +z on
   rig.commit();
   Vec3 seen[3];
   const Vec3 axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-  for (int a = 0; a < 3; ++a) rig.lights.visit_infinite(axes[a], true, [&](const EmittedLight& e) { seen[a] = e.radiance; });
+  for (int a = 0; a < 3; ++a) rig.lights.visit_infinite({}, axes[a], true, [&](const EmittedLight& e) { seen[a] = e.radiance; });
   CHECK(seen[0].x == doctest::Approx(1));
   CHECK(seen[1].y == doctest::Approx(1));
   CHECK(seen[2].z == doctest::Approx(1));
@@ -351,7 +351,7 @@ TEST_CASE("emissive triangles shine to both sides in proportion to area and emis
   const double x = 0.5, r = std::sqrt(1 + x * x), expected = 2 * 4 * x / r * std::atan(x / r);
   CHECK(close(irradiance(rig.lights, {}, {0, 0, 1}), expected) < 2e-3);
   CHECK(close(irradiance(rig.lights, {0, 0, 4}, {0, 0, -1}), expected) < 2e-3);
-  CHECK(static_cast<double>(rig.lights.triangle_pdf_area(0, 1)) == doctest::Approx(0.25));
+  CHECK(static_cast<double>(rig.lights.triangle_pdf_area(0, 1, {})) == doctest::Approx(0.25));
   check_photons_bring_irradiance(rig.lights, 0);
 }
 
@@ -371,7 +371,7 @@ TEST_CASE("a lamp that scattered rays do not meet leaves all of its light to dir
         CHECK(mis_weight(1, e.pdf_solid_angle) == 0);
       };
       rig.lights.visit_lamps({}, s->wi, 0, kInfinity, visit);
-      rig.lights.visit_infinite(s->wi, false, visit);
+      rig.lights.visit_infinite({}, s->wi, false, visit);
     }
 }
 

@@ -193,7 +193,7 @@ TEST_CASE("an emitter seen along a ray has the density that direct light has") {
     if (!light) continue;
     const auto s = scene.intersect({{}, light->wi});
     if (!s || std::abs(length(s->p) - light->distance) > 1e-3f) continue;  // the far side
-    const EmittedLight e = scene.emitted(*s, -light->wi, length(s->p));
+    const EmittedLight e = scene.emitted(*s, -light->wi, {}, length(s->p));
     CHECK(e.radiance == light->radiance);
     CHECK(static_cast<double>(e.pdf_solid_angle / light->pdf) == doctest::Approx(1).epsilon(2e-3));
     ++compared;
