@@ -105,6 +105,12 @@ def light_energy(light, matrix):
     return energy
 
 
+def shadow_switch(light):
+    """(owner, name) of the switch that lets a lamp cast shadows: Cycles' own where it has one (3.4), else Blender's."""
+    cycles = getattr(light, "cycles", None)
+    return (cycles, "cast_shadow") if hasattr(cycles, "cast_shadow") else (light, "use_shadow")
+
+
 # ---------------------------------------------------------------- nodes
 
 

@@ -66,11 +66,8 @@ _BY_TYPE = {"POINT": _point, "SPOT": _spot, "SUN": _sun, "AREA": _area}
 
 
 def _flags(obj, light):
-    """Cycles' own switches where it is there, Blender's otherwise."""
-    cycles = getattr(light, "cycles", None)
-    casts_shadow = getattr(cycles, "cast_shadow", light.use_shadow)
     flags = LightFlags.NONE
-    if not casts_shadow:
+    if not getattr(*compat.shadow_switch(light)):
         flags |= LightFlags.NO_SHADOW
     if light.type == "SPOT" and compat.spot_falls_with_cosine():
         flags |= LightFlags.SPOT_COSINE
