@@ -101,6 +101,11 @@ def glass(ior=1.5, roughness=0.0, flags=scene_desc.ClosureFlags.NONE):
     return ClosureDesc(ClosureType.DIELECTRIC, flags=flags, roughness=Param(grey(roughness)), ior=ior)
 
 
+def mirror(reflectance):
+    """The same from all directions."""
+    return ClosureDesc(ClosureType.CONDUCTOR, color=Param(grey(reflectance)), color2=Param(grey(reflectance)))
+
+
 # ---------------------------------------------------------------- scenes
 
 
@@ -170,6 +175,17 @@ def check(values, expected, precision=0.01, bias=0.0):
     assert error <= precision * expected, f"the standard error {error:.3g} is too large to test {expected:.6g}"
     tolerance = SIGMAS * error + (bias + FLOAT_ROUNDING) * expected
     assert abs(values.mean() - expected) <= tolerance, f"{values.mean():.6g}, expected {expected:.6g} within {tolerance:.2g}"
+
+
+def student_limit(count, dof, false_alarm=1e-3):
+    """What none of `count` deviations exceeds but with the probability given, each in standard errors of a mean of dof + 1 values.
+
+    The quantile of Student's distribution, by the midpoint rule in angle: t = sqrt(dof) tan(a) has the density cos(a)^(dof - 1).
+    """
+    angle = (np.arange(1_000_000) + 0.5) / 1_000_000 * np.pi / 2
+    tail = np.cumsum(np.cos(angle[::-1]) ** (dof - 1))
+    tail /= tail[-1]
+    return np.sqrt(dof) * np.tan(angle[::-1][np.searchsorted(tail, false_alarm / count)])
 
 
 # ---------------------------------------------------------------- optics
