@@ -1,4 +1,4 @@
-"""How the error of a scene falls with the number of photons, also where it is hard: in caustics, at edges, in corners, on curves."""
+"""How the error of a scene falls with the number of photons, also where it is hard: caustics, edges, corners, curves."""
 
 from dataclasses import dataclass
 

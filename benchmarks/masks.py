@@ -37,8 +37,8 @@ def regions(depth, normal, combined, caustics):
         combined, caustics: (height, width, 3) of a reference.
 
     Returns:
-        "caustic"; "edges": silhouettes; "corners": creases, outward or inward; "curved": away from both; "flat": the rest. A caustic
-        is taken out of the others.
+        "caustic"; "edges": silhouettes; "corners": creases, outward or inward; "curved": away from both; "flat": the rest. A
+        caustic is taken out of the others.
     """
     seen = depth[..., 0] < 1e9
     unit = normal / np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-9)

@@ -84,7 +84,7 @@ class Quality:
 
 
 def quality(scene, iterations=16, reference=16, seeds=2, factors=(0.25, 0.5, 1, 2, 4)):
-    """With the settings as they come, and with first radii that are `factors` times the median one that came, the same everywhere.
+    """With the settings as they come, and with first radii that are `factors` times the median of those, the same everywhere.
 
     The reference has `reference` times as many iterations and another seed.
     """

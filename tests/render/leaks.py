@@ -21,7 +21,7 @@ def beyond(distance):
 
 
 def two_rooms(thickness):
-    """A lit and a dark room, each 1 m wide, side by side: a wall from x = 0 to `thickness` parts them; at 0 it is a single sheet."""
+    """A lit and a dark room side by side: a wall from x = 0 to `thickness` parts them; at 0 it is a single sheet."""
     scene = Scene().add(box((-1, -1, -1), (1, 1, 1)), diffuse(ALBEDO)).light(LightType.POINT, at(-0.5, 0, 0), 3)
     side = 1.1
     if thickness:
@@ -56,7 +56,7 @@ def through_wall(thickness, reach=1.5, **settings):
 
 
 def in_corner(reach=1.5, radius=0.1, **settings):
-    """Light that reflected twice or more in a furnace, as a share of what it is away from edges; distances from a wall in radii."""
+    """Light that reflected twice or more in a furnace, as a share of what it is far from edges; distances in radii."""
     scene = Scene().add(box((-1, -1, -1), (1, 1, 1)), diffuse(ALBEDO), emission(1))
     found = profile(strip(scene, 1 - reach * radius, reach * radius), initial_radius=radius, **settings)[::-1]
     return (np.arange(len(found)) + 0.5) / len(found) * reach, found / (ALBEDO**2 / (1 - ALBEDO))

@@ -7,14 +7,13 @@ import caustic_scenes
 import light_tracer as tracer
 import numpy as np
 import pytest
-from caustic_scenes import CASTERS, FLOOR, RHO, SOURCES, compare, floor_irradiance, irradiance, point_lamp
+from caustic_scenes import (CASTERS, DETAILED, FLOOR, QUICK, RHO, SOURCES, compare, floor_irradiance, irradiance,
+                            point_lamp)
 from scenes import (Scene, box, check, diffuse, floor, fresnel, glass, look_at, mirror, quad, slab_transmittance,
                     student_limit)
 
 EVERY = [(source, caster) for caster in CASTERS for source in SOURCES]
 FAST = [(source, "glass ball") for source in SOURCES] + [("point lamp", "mirror ring"), ("sun", "water sheet")]
-
-QUICK = dict(seeds=12, rays=300_000, iterations=2, photons_per_iteration=30_000)  # many small renders: their spread is well known
 
 
 def assert_agrees(found, precision):
@@ -36,10 +35,8 @@ def test_caustic_is_where_light_lands(source, caster):
 @pytest.mark.slow
 @pytest.mark.parametrize("source, caster", EVERY)
 def test_caustic_is_where_light_lands_in_detail(source, caster):
-    """Finer blocks, a smaller radius, thirty times the light."""
-    found = compare(SOURCES[source], CASTERS[caster], seeds=16, blocks=16, search=0.006, rays=12_000_000, iterations=16,
-                    photons_per_iteration=200_000)
-    assert_agrees(found, precision=0.005)
+    """Finer blocks, a smaller radius, eighteen times the light."""
+    assert_agrees(compare(SOURCES[source], CASTERS[caster], **DETAILED), precision=0.005)
 
 
 def test_the_test_finds_a_wrong_index():

@@ -1,8 +1,8 @@
 """Errors fall with the number of photons as theory has it, everywhere in the picture.
 
 With the share gamma = 2/3 of photons kept, radii fall as N^(-1/6): bias, as r^2, and noise, as 1 / (r sqrt(N)), both fall as
-N^(-1/3). Direct light falls as N^(-1/2) or faster; where a caustic is narrower than the first radius, the error starts flat; and a
-reference that is not perfect adds to the slope. With noise that makes -0.2 to -0.6.
+N^(-1/3). Direct light falls as N^(-1/2) or faster; where a caustic is narrower than the first radius, the error starts flat; and
+a reference that is not perfect adds to the slope. With noise that makes -0.2 to -0.6.
 """
 
 import consistency

@@ -31,7 +31,7 @@ def test_a_leak_shrinks_with_the_radius():
 
 @pytest.mark.parametrize("thickness", [0.0, 0.1])
 def test_nothing_comes_through_the_wall_itself(thickness):
-    """However thin: the photons on its other face have the other side, and none is counted, for a count would shrink the radius."""
+    """However thin: photons on its other face have the other side, and none is counted, for a count would shrink the radius."""
     indirect, photons = leaks.dark_face(thickness)
     assert not indirect.any()
     assert not photons.any()

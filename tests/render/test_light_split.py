@@ -34,8 +34,8 @@ def test_lamp_in_a_glass_ball_in_a_room(split, lamp_radius):
 def test_furnace_with_glass_and_mirror(split):
     """Walls that emit 1 and reflect half of it show 2, straight, in a perfect mirror and through glass that absorbs nothing.
 
-    Photons show a quarter of it, less by what their kernel finds missing beyond edges: as much as lands in 2 r / (3 pi) along each
-    of the 24 edges of the walls, at r = 0.05 m 2 % of their area.
+    Photons show a quarter of it, less by what their kernel finds missing beyond edges: as much as lands in 2 r / (3 pi) along
+    each of the 24 edges of the walls, at r = 0.05 m 2 % of their area.
     """
     scene = Scene().add(box((-1, -1, -1), (1, 1, 1)), diffuse(0.5), emission(1))
     scene.add(sphere(0.4, (0.5, 0, 0), divisions=4), glass(1.5)).add(sphere(0.4, (-0.5, 0, 0), divisions=4), mirror(1))
