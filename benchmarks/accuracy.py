@@ -24,8 +24,7 @@ import consistency  # noqa: E402
 import framings  # noqa: E402
 import leaks  # noqa: E402
 import numpy as np  # noqa: E402
-from scenes import student_limit  # noqa: E402
-from test_consistency import room  # noqa: E402
+from scenes import furnished_room, student_limit  # noqa: E402
 
 
 def print_table(title, columns, rows):
@@ -61,6 +60,7 @@ def forms(quick):
     def rows():
         yield from (row(name, *measure()) for name, measure in (
             ("flux in a lens's focus", caustic_forms.flux_in_focus),
+            ("the same, narrower than the first radius, 64 iterations", caustic_forms.flux_in_narrow_focus),
             ("irradiance halfway to the focus", caustic_forms.halfway_to_focus),
             ("irradiance in the sun's image", caustic_forms.image_of_the_sun)))
         for curve in (caustic_forms.nephroid, caustic_forms.cardioid):
@@ -79,7 +79,7 @@ def forms(quick):
 def consistent(quick):
     """A room, and every file of blend_scenes."""
     def rows():
-        yield from regions("room of the tests", room().desc, 1)
+        yield from regions("room of the tests", furnished_room().desc, 1)
         if not quick:
             for name, desc in blend_scenes():
                 yield from regions(name, desc, 4)

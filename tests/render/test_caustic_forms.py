@@ -1,14 +1,20 @@
 """Caustics with closed forms: a burning glass, and the cusps of curved mirrors."""
 
 import pytest
-from caustic_forms import (APERTURE, IOR, RADIUS, cardioid, flux_in_focus, focal_length, halfway_to_focus, image_of_the_sun,
-                           nephroid)
+from caustic_forms import (APERTURE, IOR, RADIUS, cardioid, flux_in_focus, flux_in_narrow_focus, focal_length, halfway_to_focus,
+                           image_of_the_sun, nephroid)
 from scenes import check, fresnel
 
 
 def test_flux_in_the_focus_of_a_lens():
     """Ghosts, thrown back and forth in the lens, a share R^2 in all, miss the window or not."""
     check(*flux_in_focus(), bias=2 * fresnel(1, IOR) ** 2)
+
+
+def test_flux_in_a_focus_narrower_than_the_radius():
+    """The sum over pixels of different radii is too large there, by a fifth at most; see `flux_in_narrow_focus`."""
+    found, expected = flux_in_narrow_focus()
+    assert 0.99 < found.mean() / expected < 1.2
 
 
 def test_a_lens_halfway_to_its_focus_gathers_four_times_the_light():

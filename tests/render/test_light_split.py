@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from scenes import DOWN, Scene, area, at, box, check, diffuse, emission, glass, means, mirror, sphere
+from scenes import DOWN, SPLITS, Scene, area, at, box, check, diffuse, emission, glass, means, mirror, sphere
 from sppm.scene_desc import LightType
 
 DEEP = 1024  # vertices of a path: as good as endless
-SPLITS = [dict()]  # settings that share out the light between the estimators, one each
 
 
 @pytest.mark.parametrize("split", SPLITS, ids=str)
