@@ -15,6 +15,7 @@ from addon.export_material import MaterialExporter, f0_from_ior, ior_from_f0  # 
 from addon.scene_desc import Blend, ClosureFlags, ClosureType, Extension, Interpolation, SceneDesc, TextureType  # noqa: E402
 
 V2 = bpy.app.version >= (4, 0, 0)
+GGX = ClosureFlags.NONE if V2 else ClosureFlags.SEPARABLE  # without multiple scattering
 RED = (0.8, 0.2, 0.1, 1.0)
 
 
@@ -221,7 +222,7 @@ def test_refraction(bench):
     node = bench.surface(bench.node("BsdfRefraction", IOR=1.5))
     node.distribution = "GGX"
     closure, = bench.export()
-    assert closure.flags == ClosureFlags.REFRACTION_ONLY
+    assert closure.flags == ClosureFlags.REFRACTION_ONLY | GGX
 
 
 @pytest.mark.parametrize("name", ["ShaderNodeBsdfGlossy", "ShaderNodeBsdfAnisotropic"])
@@ -229,7 +230,7 @@ def test_glossy(bench, name):
     node = bench.surface(bench.node(name, Color=RED, Roughness=0.4))
     node.distribution = "GGX"
     closure, = bench.export()
-    assert closure.type is ClosureType.CONDUCTOR and closure.color == closure.color2 and not closure.flags
+    assert closure.type is ClosureType.CONDUCTOR and closure.color == closure.color2 and closure.flags == GGX
 
 
 @pytest.mark.skipif(bpy.app.version < (4, 3, 0), reason="Metallic BSDF begins with 4.3")
@@ -376,6 +377,14 @@ def test_principled_metal(bench):
     principled(bench, Base_Color=RED, Metallic=1.0, Transmission=1.0)
     metal, = bench.export()
     assert metal.type is ClosureType.CONDUCTOR and close(metal.color.value, RED[:3]) and metal.color2.value == (1, 1, 1)
+
+
+@pytest.mark.skipif(V2, reason="from 4.0 on a metal's edge is Schlick's")
+@pytest.mark.parametrize("specular, ior", [(0.5, 1.5), (0.0, 1.0)])
+def test_principled_metal_has_the_edge_of_its_specular_layer(bench, specular, ior):
+    principled(bench, Metallic=1.0, Specular=specular)
+    metal, = bench.export()
+    assert metal.flags & ClosureFlags.EDGE_BY_IOR and close(metal.ior, ior)
 
 
 def test_principled_glass_tint(bench):
