@@ -506,7 +506,7 @@ def principled_bsdf(walk, node):
     not_metal = algebra.one_minus(metallic)
     opaque = algebra.multiply(not_metal, algebra.one_minus(transmission))
 
-    closures = principled_clearcoat(walk, node, new) + principled_emission(walk, node)
+    closures = principled_clearcoat(walk, node, new) + principled_emission(walk, node, new)
     if not is_zero(metallic):
         warn_if_tinted(walk, node, "Specular Tint")
         closures += scaled(walk, [principled_metal(walk, node, new, base, roughness)], metallic)
@@ -534,8 +534,14 @@ def principled_clearcoat(walk, node, new):
     return [ClosureDesc(ClosureType.COAT, flags, weight=weight, roughness=roughness, ior=ior)]
 
 
-def principled_emission(walk, node):
-    return emission_of(walk, principled_input(node, "Emission"), node.inputs["Emission Strength"])
+def principled_emission(walk, node, new):
+    """From 4.0 on it shines through the coat, which the library does not dim: here it is by what the coat reflects straight above."""
+    emission = emission_of(walk, principled_input(node, "Emission"), node.inputs["Emission Strength"])
+    coat = walk.scalar(principled_input(node, "Clearcoat")) if new else ZERO
+    if is_zero(coat):
+        return emission
+    reflected = gray(f0_from_ior(max(walk.number(node.inputs["Coat IOR"]), 1.0)))
+    return scaled(walk, emission, walk.algebra.one_minus(walk.algebra.multiply(coat, reflected)))
 
 
 def principled_metal(walk, node, new, base, roughness):

@@ -424,6 +424,13 @@ def test_principled_emission(bench):
     assert close(emission.color.value, (1.6, 0.4, 0.2)) and close(emission.weight.value[0], 0.5)
 
 
+def test_principled_emission_shines_through_the_coat(bench):
+    """From 4.0 on; what the coat reflects straight above is 4 %."""
+    principled(bench, Emission=RED, Emission_Strength=1.0, Clearcoat=0.5)
+    emission = next(c for c in bench.export() if c.type is ClosureType.EMISSION)
+    assert close(emission.weight.value[0], 0.98 if V2 else 1.0)
+
+
 @pytest.mark.parametrize("name", ["Sheen", "Subsurface", "Anisotropic", "Diffuse_Roughness", "Thin_Film_Thickness"])
 def test_principled_unsupported_warn(bench, name):
     node = bench.node("BsdfPrincipled")
