@@ -11,6 +11,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from .bounds import instance_boxes
 from .export_camera import export_camera
 from .export_image import ImageExporter
 from .export_light import export_light, export_world
@@ -169,7 +170,8 @@ def _moved_to_origin(desc):
     """
     if not desc.instances:
         return desc
-    low, high = _bounds(desc)
+    boxes = instance_boxes(desc)
+    low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
     centre = np.round((low + high) / 2.0)
     if np.linalg.norm(centre) <= np.linalg.norm(high - low):
         return desc
@@ -184,18 +186,3 @@ def _moved(transform, centre):
     moved = transform.copy()
     moved[:, 3] -= centre
     return moved
-
-
-def _bounds(desc):
-    """Lowest and highest corner of all instances' boxes, metres, world, float64."""
-    boxes = np.array([_box_corners(mesh.positions) for mesh in desc.meshes])
-    transforms = np.array([item.transform for item in desc.instances])
-    corners = np.einsum("iab,ikb->ika", transforms, boxes[[item.mesh - 1 for item in desc.instances]])
-    return corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
-
-
-def _box_corners(positions):
-    """(8, 4) float64 homogeneous corners of the points' box."""
-    ends = np.array((positions.min(axis=0), positions.max(axis=0)), dtype=np.float64)
-    corners = np.array(np.meshgrid(*ends.T)).reshape(3, 8).T
-    return np.hstack((corners, np.ones((8, 1))))
