@@ -2,7 +2,7 @@
 
     python3 tools/package.py STAGED_FOLDER OUTPUT_FOLDER
 
-Blender's process holds its own Embree, TBB and OpenEXR, and the dynamic linker takes a library of that name that is already there.
+Blender's process holds its own Embree, TBB and OpenEXR; the dynamic linker takes a library of that name if one is there already.
 So each copy gets a name that nobody else has (libembree3.so.3 -> libsppm_embree3.so) and looks for the others beside itself.
 Needs patchelf, strip and ldd. The add-on is in one folder inside the zip: Blender 3.4 wants that, 4.2 and later allow it.
 """

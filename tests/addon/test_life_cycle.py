@@ -95,7 +95,7 @@ def resident_megabytes():
 
 
 def test_memory_after_fifty_renders_is_that_after_two(addon, tmp_path):
-    """The scene holds a picture of 4 MB: if each render kept its own it were 200 MB. The tolerance is for what allocators keep."""
+    """The scene holds a picture of 4 MB: kept once a render it were 200 MB. The tolerance is for what allocators keep."""
     scene = make_room()
     megabytes = []
     for index in range(50):
