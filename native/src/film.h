@@ -33,7 +33,8 @@ class Film {
     std::array<uint32_t, kPhotonKinds> count{};
   };
   // Returns how many contributions were left out because they were not finite.
-  uint64_t gather(const CameraSamples& samples, const PhotonMaps& maps, uint64_t width, const Threads& threads, std::vector<Found>& found) const;
+  uint64_t gather(const CameraSamples& samples, const PhotonMaps& maps, uint64_t width, const Threads& threads,
+                  std::vector<Found>& found) const;
   // Ends an iteration.
   void update(const CameraSamples& samples, const std::vector<Found>& found, double gamma, const Threads& threads);
 
