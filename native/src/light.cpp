@@ -1,5 +1,6 @@
 #include "light.h"
 
+#include <limits>
 #include <numeric>
 
 #include "color.h"
@@ -10,6 +11,17 @@ namespace sppm {
 namespace {
 
 constexpr int kLargestMap = 1024;  // cells across the environment's sampling table
+// A strong light may be hidden where a weak one is all there is: this share of the choices takes all lights alike.
+constexpr float kAlike = 0.25f;
+
+// In proportion to `weights` but for kAlike, which those above 0 share alike.
+Distribution mixed(const std::vector<double>& weights) {
+  const double total = std::accumulate(weights.begin(), weights.end(), 0.0);
+  const auto lit = static_cast<double>(std::count_if(weights.begin(), weights.end(), [](double w) { return w > 0; }));
+  std::vector<double> mix;
+  for (const double w : weights) mix.push_back(w > 0 ? (1 - static_cast<double>(kAlike)) * w / total + static_cast<double>(kAlike) / lit : 0);
+  return Distribution(mix);
+}
 constexpr uint64_t kMostLooks = 1 << 16;  // at the textures of one emitting mesh, to know where it is bright
 
 Vec3 unit_axis(const Affine& m, int column, const std::string& where) {
@@ -168,14 +180,16 @@ void Lights::commit(const Bounds& bounds, Targets targets) {
     entries_.push_back({Kind::kWorld, 0});
     powers.push_back(M_PI * static_cast<double>(square(radius_)) * world_integral_);
   }
-  by_power_ = Distribution(powers);
+  power_ = std::accumulate(powers.begin(), powers.end(), 0.0);
+  by_power_ = mixed(powers);
+  for (uint32_t i = 0; i < entries_.size(); ++i)
+    if (powers[i] > 0) lit_entries_.push_back(i);
   if (!targets_.empty()) {
     std::vector<double> aimed;
-    for (size_t i = 0; i < entries_.size(); ++i) aimed.push_back(powers[i] > 0 ? aimed_power(entries_[i]) : 0.0);
-    const double all = std::accumulate(aimed.begin(), aimed.end(), 0.0);
     // An estimate from few samples may miss what a light does to a target: none that shines is left out.
-    for (size_t i = 0; i < entries_.size(); ++i) aimed[i] += powers[i] > 0 ? 0.01 * all * powers[i] / by_power_.total() : 0.0;
-    by_aimed_power_ = Distribution(aimed);
+    for (size_t i = 0; i < entries_.size(); ++i)
+      aimed.push_back(powers[i] > 0 ? std::max(aimed_power(entries_[i]), std::numeric_limits<double>::min()) : 0.0);
+    by_aimed_power_ = mixed(aimed);
   }
   build_choice();
   met_ = has_world_ || !suns_.empty() || !sized_lamps_.empty();
@@ -229,27 +243,40 @@ void Lights::build_choice() {
 }
 
 std::optional<LightTree::Choice> Lights::choose(Vec3 p, float& u) const {
+  const auto rest = [&u](float below, float share) { u = std::min((u - below) / share, 0x1.fffffep-1f); };
+  const auto alike = [&] {
+    rest(0, kAlike);
+    const float scaled = u * static_cast<float>(lit_entries_.size());
+    const size_t i = std::min(static_cast<size_t>(scaled), lit_entries_.size() - 1);
+    u = std::min(scaled - static_cast<float>(i), 0x1.fffffep-1f);
+    return lit_entries_[i];
+  };
+  const auto by_irradiance = [&]() -> std::optional<uint32_t> {
+    rest(kAlike, 1 - kAlike);
+    const float near = near_share(p);
+    if (u < near) {
+      rest(0, near);
+      const auto choice = near_.sample(p, u);
+      return choice ? std::optional(choice->light) : std::nullopt;
+    }
+    rest(near, 1 - near);
+    return far_.empty() ? std::nullopt : std::optional(far_entries_[far_.sample(u)]);
+  };
+  const std::optional<uint32_t> entry = u < kAlike ? alike() : by_irradiance();
+  if (!entry) return std::nullopt;
+  return LightTree::Choice{*entry, probability(*entry, p)};
+}
+
+float Lights::near_share(Vec3 p) const {
   const float near = near_.irradiance(p), total = near + static_cast<float>(far_.total());
-  if (!(total > 0)) return std::nullopt;
-  const float share = near / total;
-  if (u < share) {
-    u = std::min(u / share, 0x1.fffffep-1f);
-    auto choice = near_.sample(p, u);
-    if (choice) choice->probability *= share;
-    return choice;
-  }
-  u = std::min((u - share) / (1 - share), 0x1.fffffep-1f);
-  if (far_.empty()) return std::nullopt;
-  const size_t i = far_.sample(u);
-  return LightTree::Choice{far_entries_[i], (1 - share) * far_.probability(i)};
+  return total > 0 ? near / total : 0;
 }
 
 float Lights::probability(uint32_t entry, Vec3 p) const {
-  const float near = near_.irradiance(p), total = near + static_cast<float>(far_.total());
-  if (!(total > 0)) return 0;
+  const float alike = kAlike / static_cast<float>(lit_entries_.size()), near = near_share(p);
   for (size_t i = 0; i < far_entries_.size(); ++i)
-    if (far_entries_[i] == entry) return (1 - near / total) * far_.probability(i);
-  return near / total * near_.probability(entry, p);
+    if (far_entries_[i] == entry) return alike + (1 - kAlike) * (1 - near) * far_.probability(i);
+  return alike + (1 - kAlike) * near * near_.probability(entry, p);
 }
 
 Vec3 Lights::spot_factor(const Lamp& lamp, float cos_theta) const {

@@ -61,7 +61,7 @@ class Lights {
 
   bool none() const { return by_power_.empty(); }
   size_t count() const { return by_power_.size(); }
-  double power() const { return by_power_.total(); }  // luminance [W]
+  double power() const { return power_; }  // luminance [W]
   // True if a ray could meet a light by chance, so that sampling directions for direct light has a point.
   bool can_be_met() const { return met_; }
 
@@ -114,6 +114,7 @@ class Lights {
   // Chooses the light that a sample of p's direct light comes from, and makes u fresh again.
   std::optional<LightTree::Choice> choose(Vec3 p, float& u) const;
   float probability(uint32_t entry, Vec3 p) const;
+  float near_share(Vec3 p) const;  // of what lights could bring to p, that of near_
   void build_choice();
   LightBounds lamp_bounds(const Lamp& lamp) const;
   Vec3 spot_factor(const Lamp& lamp, float cos_theta) const;
@@ -144,7 +145,9 @@ class Lights {
   std::vector<uint32_t> lamp_entry_, set_entry_;
   std::vector<uint32_t> sized_lamps_, suns_;
   uint32_t world_entry_ = 0;
+  double power_ = 0;
   Distribution by_power_, by_aimed_power_;
+  std::vector<uint32_t> lit_entries_;
   LightTree near_;                      // all but suns and world
   Distribution far_;                    // those, by irradiance
   std::vector<uint32_t> far_entries_;

@@ -11,6 +11,14 @@
 #include <algorithm>
 #include <optional>
 
+#ifdef __SANITIZE_THREAD__
+#include <atomic>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+#endif
+
 namespace sppm {
 namespace {
 
@@ -29,6 +37,8 @@ class FlushDenormals {
 
 }  // namespace
 
+#ifndef __SANITIZE_THREAD__
+
 struct Threads::Arena {
   explicit Arena(uint32_t count) : arena(count == 0 ? tbb::task_arena::automatic : static_cast<int>(count)) {
     // Without leave to have more workers than cores TBB prints a warning and takes fewer.
@@ -39,10 +49,6 @@ struct Threads::Arena {
   std::optional<tbb::global_control> allowance;
   tbb::task_arena arena;
 };
-
-Threads::Threads(uint32_t count) : arena_(std::make_unique<Arena>(count)) {}
-
-Threads::~Threads() = default;
 
 void Threads::for_each(uint64_t count, const std::function<void(uint64_t)>& body) const {
   arena_->arena.execute([&] {
@@ -55,6 +61,40 @@ void Threads::for_each(uint64_t count, const std::function<void(uint64_t)>& body
         tbb::auto_partitioner());
   });
 }
+
+#else  // ThreadSanitizer does not see how TBB's library orders memory; on threads of its own it judges the bodies.
+
+struct Threads::Arena {
+  explicit Arena(uint32_t count) : threads(count == 0 ? 4 : count) {}
+
+  uint32_t threads;
+};
+
+void Threads::for_each(uint64_t count, const std::function<void(uint64_t)>& body) const {
+  std::atomic<uint64_t> next{0};  // relaxed: it must not order what the bodies do
+  std::mutex mutex;
+  std::exception_ptr error;
+  const auto work = [&] {
+    const FlushDenormals scope;
+    try {
+      for (uint64_t i; (i = next.fetch_add(1, std::memory_order_relaxed)) < count;) body(i);
+    } catch (...) {
+      next = count;
+      const std::lock_guard lock(mutex);
+      error = std::current_exception();
+    }
+  };
+  std::vector<std::thread> threads;
+  for (uint64_t t = 0; t < std::min<uint64_t>(arena_->threads, count); ++t) threads.emplace_back(work);
+  for (std::thread& thread : threads) thread.join();
+  if (error) std::rethrow_exception(error);
+}
+
+#endif
+
+Threads::Threads(uint32_t count) : arena_(std::make_unique<Arena>(count)) {}
+
+Threads::~Threads() = default;
 
 void Threads::for_blocks(uint64_t count, uint64_t grain, const std::function<void(uint64_t, uint64_t)>& body) const {
   const uint64_t blocks = (count + grain - 1) / grain;

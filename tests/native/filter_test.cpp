@@ -77,7 +77,8 @@ TEST_CASE("filter offsets follow the Blackman-Harris window") {
   }
   ChiSquare test;
   for (int b = 0; b < bins; ++b)
-    test.add(n * (blackman_harris_integral((b + 1.0) / bins) - blackman_harris_integral(static_cast<double>(b) / bins)), counts[static_cast<size_t>(b)]);
+    test.add(n * (blackman_harris_integral((b + 1.0) / bins) - blackman_harris_integral(static_cast<double>(b) / bins)),
+             counts[static_cast<size_t>(b)]);
   CHECK(test.sigmas() < kMostSigmas);
 }
 

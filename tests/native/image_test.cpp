@@ -144,3 +144,17 @@ TEST_CASE("an sRGB image is filtered as stored and then decoded") {
   d.width = 2, d.height = 1, d.pixels = pixels, d.encoding = SPPM_SRGB;
   CHECK(red(Image(d), 0.5f, 0.5f, SPPM_LINEAR_FILTER, SPPM_EXTEND) == doctest::Approx(0.21404).epsilon(1e-4));
 }
+
+TEST_CASE("every sRGB value is decoded by the curve, beyond 0 and 1 as well") {
+  double farthest = 0;
+  for (int i = -200; i <= 20000; ++i) {
+    const float s = static_cast<float>(i) / 15000;
+    const float pixel[] = {s, s, s, 1};
+    SppmImageDesc d{};
+    d.struct_size = sizeof d;
+    d.width = d.height = 1, d.pixels = pixel, d.encoding = SPPM_SRGB;
+    const double x = static_cast<double>(s), exact = x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);
+    farthest = std::max(farthest, std::abs(static_cast<double>(Image(d).texel(0, 0).color.x) - exact) / std::max(std::abs(exact), 1e-6));
+  }
+  CHECK(farthest < 1e-4);  // at the bend of the curve; far below the steps of 8 bits
+}
