@@ -9,6 +9,8 @@ namespace sppm {
 namespace {
 
 constexpr int kLargestMap = 1024;  // cells across the environment's sampling table
+// Below this lamps are points: the solid angle of a smaller one, seen from afar, is no float any more.
+constexpr float kSmallestRadius = 1e-12f;
 
 Vec3 unit_axis(const Affine& m, int column, const std::string& where) {
   const Vec3 a = m.column(column);
@@ -24,6 +26,30 @@ float smoothstep(float x) {
 
 // True for lamps whose light on rough surfaces is direct light's alone: a scattered ray would not meet them, or be shadowed.
 bool direct_only(uint32_t flags) { return flags & (SPPM_LIGHT_HIDDEN_FROM_SPECULAR | SPPM_LIGHT_NO_SHADOW); }
+
+// In double, where no product of edges leaves the range; 0 for what single precision could not place.
+double area_of(const std::array<Vec3, 3>& p) {
+  using Double3 = std::array<double, 3>;
+  const auto edge = [&](size_t to) -> Double3 {
+    return {static_cast<double>(p[to].x) - static_cast<double>(p[0].x), static_cast<double>(p[to].y) - static_cast<double>(p[0].y),
+            static_cast<double>(p[to].z) - static_cast<double>(p[0].z)};
+  };
+  const Double3 a = edge(1), b = edge(2);
+  const double area = 0.5 * std::hypot(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]);
+  return std::isfinite(static_cast<float>(area)) ? area : 0;
+}
+
+// The weights with `share` of their sum spread evenly over those lights that have any power.
+//
+// What is weak in all of the scene may be all there is where it shines; and a choice that is made by a number of 24 bits does not
+// find what is a billion times less likely than the rest.
+Distribution with_even_share(std::vector<double> weights, const std::vector<double>& powers, double share) {
+  const double total = std::accumulate(weights.begin(), weights.end(), 0.0);
+  const auto lit = std::count_if(powers.begin(), powers.end(), [](double p) { return p > 0; });
+  for (size_t i = 0; i < weights.size(); ++i)
+    weights[i] = powers[i] > 0 ? (1 - share) * weights[i] + share * total / static_cast<double>(lit) : 0.0;
+  return Distribution(weights);
+}
 
 // 1 - cos(angle), exact for small angles.
 float versine(float angle) { return 2 * square(std::sin(angle / 2)); }
@@ -64,7 +90,7 @@ uint32_t Lights::add_lamp(const SppmLightDesc& d) {
       require(d.blend >= 0 && d.blend <= 1, where + "blend must be from 0 to 1");
       lamp.one_minus_cos = versine(d.angle / 2), lamp.cos_half = 1 - lamp.one_minus_cos, lamp.blend = d.blend;
       [[fallthrough]];
-    case SPPM_LIGHT_POINT: lamp.radius = d.radius; break;
+    case SPPM_LIGHT_POINT: lamp.radius = d.radius < kSmallestRadius ? 0 : d.radius; break;
     case SPPM_LIGHT_SUN:
       require(std::isfinite(d.angle) && d.angle >= 0 && d.angle <= kPi, where + "angle must be from 0 to pi");
       lamp.one_minus_cos = versine(d.angle / 2);
@@ -74,7 +100,7 @@ uint32_t Lights::add_lamp(const SppmLightDesc& d) {
               where + "size_x and size_y must be finite and at least 0");
       lamp.x = m.column(0) * (d.size_x / 2), lamp.y = m.column(1) * (d.size_y / 2);
       lamp.axis = normalize(face_toward(cross(m.column(0), m.column(1)), lamp.axis));
-      lamp.area = static_cast<double>(length(cross(lamp.x, lamp.y))) * (lamp.type == SPPM_LIGHT_ELLIPSE ? kPi : 4.0f);
+      lamp.area = 2 * area_of({Vec3{}, lamp.x, lamp.y}) * (lamp.type == SPPM_LIGHT_ELLIPSE ? M_PI : 4.0);
   }
   lamps_.push_back(lamp);
   return static_cast<uint32_t>(lamps_.size());
@@ -99,7 +125,7 @@ void Lights::set_world(const SppmWorldDesc& d) {
 uint32_t Lights::add_triangles(std::vector<EmissiveTriangle> triangles) {
   std::vector<double> weights;
   for (EmissiveTriangle& t : triangles) {
-    t.area = 0.5 * static_cast<double>(length(cross(t.p[1] - t.p[0], t.p[2] - t.p[0])));
+    t.area = area_of(t.p);
     // A textured triangle is sampled at a few points; the least weight keeps those it missed possible.
     double brightness = 0;
     for (const Vec2 b : {Vec2{1 / 3.f, 1 / 3.f}, Vec2{0.1f, 0.1f}, Vec2{0.8f, 0.1f}, Vec2{0.1f, 0.8f}})
@@ -162,24 +188,30 @@ void Lights::commit(const Bounds& bounds, Targets targets) {
     entries_.push_back({Kind::kWorld, 0});
     powers.push_back(M_PI * static_cast<double>(square(radius_)) * world_integral_);
   }
-  by_power_ = Distribution(powers);
+  build_lamp_boxes();
+  by_power_ = with_even_share(powers, powers, 0.05);
   if (!targets_.empty()) {
     std::vector<double> aimed;
     for (size_t i = 0; i < entries_.size(); ++i) aimed.push_back(powers[i] > 0 ? aimed_power(entries_[i]) : 0.0);
     const double all = std::accumulate(aimed.begin(), aimed.end(), 0.0);
     // An estimate from few samples may miss what a light does to a target: none that shines is left out.
     for (size_t i = 0; i < entries_.size(); ++i) aimed[i] += powers[i] > 0 ? 0.01 * all * powers[i] / by_power_.total() : 0.0;
-    by_aimed_power_ = Distribution(aimed);
+    by_aimed_power_ = with_even_share(aimed, powers, 0.05);
   }
   // A weak lamp nearby can outshine a strong one far away, so half of the choices for direct light ignore power.
-  size_t lit = 0;
-  for (const double p : powers) lit += p > 0;
-  std::vector<double> direct;
-  for (const double p : powers)
-    direct.push_back(p > 0 ? 0.5 * p / by_power_.total() + 0.5 / static_cast<double>(lit) : 0.0);
-  for_direct_ = Distribution(direct);
+  for_direct_ = with_even_share(powers, powers, 0.5);
   met_ = has_world_ || !suns_.empty() || !sized_lamps_.empty();
   for (const TriangleSet& set : triangle_sets_) met_ |= !set.choice.empty();
+}
+
+void Lights::build_lamp_boxes() {
+  std::vector<Bounds> boxes;
+  for (const uint32_t i : sized_lamps_) {
+    const Lamp& lamp = lamps_[i];
+    const Vec3 half = lamp.area > 0 ? abs(lamp.x) + abs(lamp.y) : splat(lamp.radius);
+    boxes.push_back({lamp.position - half, lamp.position + half});
+  }
+  lamp_boxes_.build(boxes);
 }
 
 Vec3 Lights::spot_factor(const Lamp& lamp, float cos_theta) const {
@@ -289,12 +321,11 @@ std::optional<DirectSample> Lights::sample_triangles(const TriangleSet& set, Vec
   const Vec2 b = sample_triangle(u);
   const Vec3 to_point = t.p[0] * (1 - b.x - b.y) + t.p[1] * b.x + t.p[2] * b.y - p;
   const float distance2 = length_squared(to_point);
-  const Vec3 normal = cross(t.p[1] - t.p[0], t.p[2] - t.p[0]);
   if (distance2 <= 0) return std::nullopt;
   DirectSample s;
   s.distance = std::sqrt(distance2);
   s.wi = to_point / s.distance;
-  const float cosine = std::abs(dot(s.wi, normal)) / length(normal);
+  const float cosine = std::abs(dot(s.wi, unit_normal(t.p[1] - t.p[0], t.p[2] - t.p[0])));
   if (!(cosine > 0)) return std::nullopt;
   s.pdf = set.choice.probability(i) * distance2 / (cosine * static_cast<float>(t.area));
   s.radiance = triangle_emission(t, b);
@@ -389,10 +420,9 @@ std::optional<PhotonStart> Lights::emit_triangles(const TriangleSet& set, const 
   const size_t i = set.choice.sample(choice);
   const EmissiveTriangle& t = set.triangles[i];
   const Vec2 b = sample_triangle(u.first());
-  const Vec3 cross_product = cross(t.p[1] - t.p[0], t.p[2] - t.p[0]);
-  const float l = length(cross_product);
-  if (!(l > 0)) return std::nullopt;
-  const Vec3 normal = choice < 0.5f ? cross_product / l : -cross_product / l;
+  const Vec3 front = unit_normal(t.p[1] - t.p[0], t.p[2] - t.p[0]);
+  if (is_black(front)) return std::nullopt;
+  const Vec3 normal = choice < 0.5f ? front : -front;
   const float scale = max_component(max(abs(t.p[0]), max(abs(t.p[1]), abs(t.p[2]))));
   const Vec3 origin = t.p[0] * (1 - b.x - b.y) + t.p[1] * b.x + t.p[2] * b.y + normal * (32 * 0x1p-23f * scale);
   const auto sample = sample_surface_direction(origin, normal, targets, u.second(), v[2]);

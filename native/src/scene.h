@@ -26,9 +26,15 @@ struct SurfacePoint {
   uint32_t material = 0;
   uint32_t instance = 0, triangle = 0;
   SurfaceAttributes attributes;
+  Touching touching;   // of the ray that came here, if it came from another surface in the same place
 
   // A ray that leaves along the unit vector w on the side that w is on.
-  Ray spawn(Vec3 w, float far = kInfinity) const { return {p + ng * std::copysign(offset, dot(ng, w)), w, 0, far}; }
+  Ray spawn(Vec3 w, float far = kInfinity) const {
+    return {.origin = p + ng * std::copysign(offset, dot(ng, w)), .direction = w, .far = far};
+  }
+  // The same where the ray has come to the surface from `from` and stays with its medium's borders: none that lies in the same place
+  // as this surface is left out, as it would be by `spawn`.
+  Ray spawn_at_border(Vec3 from, Vec3 w, float far = kInfinity) const;
 };
 
 class Scene {
