@@ -25,6 +25,9 @@ def export_camera(camera, render, warn):
     lens = camera.data
     if lens.type == "PANO":
         raise CameraError(f"camera '{camera.name}' is panoramic, only perspective and orthographic ones can be rendered")
+    axes = np.linalg.norm(np.array(camera.matrix_world, dtype=np.float64)[:3], axis=0)
+    if not (np.isfinite(axes).all() and axes[:3].all()):
+        raise CameraError(f"camera '{camera.name}' is scaled to 0 or its place is not finite")
     width, height = image_size(render)
     return CameraDesc(
         transform=_transform(camera.matrix_world),

@@ -31,6 +31,14 @@ def export_light(obj, matrix, warn):
     if not np.any(energy):
         return None
     transform = np.array(matrix, dtype=np.float64)[:3]
+    if not np.isfinite(transform).all():
+        warn(f"light '{obj.name}': its place or scale is not finite, it is left out")
+        return None
+    if not np.linalg.norm(transform[:, 2]):  # scaled to 0: it has a place but no direction
+        if light.type != "POINT":
+            warn(f"light '{obj.name}': it is scaled to 0 and left out")
+            return None
+        transform[:, :3] = np.eye(3)
     fields = _BY_TYPE[light.type](light, energy, transform, warn)
     return LightDesc(name=obj.name, transform=transform, flags=_flags(obj, light), **fields) if fields else None
 

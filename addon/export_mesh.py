@@ -5,6 +5,7 @@ import numpy as np
 from . import compat
 from .scene_desc import MeshDesc
 
+_LARGEST = 1e18  # metres
 
 def export_mesh(mesh, want_uvs=False, want_colors=None, warn=lambda message: None):
     """Reads the triangles of an evaluated mesh.
@@ -20,22 +21,61 @@ def export_mesh(mesh, want_uvs=False, want_colors=None, warn=lambda message: Non
         A MeshDesc in object space, or None for a mesh without triangles.
     """
     corners = compat.triangle_corners(mesh)
+    positions, indices = compat.positions(mesh), compat.corner_vertices(mesh)[corners]
+    kept = _usable(positions, indices)
+    if kept is not None:
+        warn(f"mesh '{mesh.name}': {len(kept) - kept.sum()} of its triangles have vertices that are not finite and are left out")
+        positions, corners, indices = _moved_in(positions, indices[kept]), corners[kept], indices[kept]
     if len(corners) == 0:
         return None
+    slots = _material_slots(mesh)
     arrays = {
-        "corner_normals": compat.corner_normals(mesh),
+        "corner_normals": _normals(mesh, positions, indices, corners),
         "corner_uvs": _uvs(mesh) if want_uvs else None,
         "corner_colors": None if want_colors in (None, False) else _colors(mesh, want_colors, warn),
     }
     has_corners = any(array is not None for array in arrays.values())
     return MeshDesc(
         name=mesh.name,
-        positions=compat.positions(mesh),
-        indices=compat.corner_vertices(mesh)[corners],
+        positions=positions,
+        indices=indices,
         corners=corners if has_corners else None,
-        material_slots=_material_slots(mesh),
-        **arrays,
+        material_slots=slots if slots is None or kept is None else slots[kept],
+        **{name: None if array is None else _finite(array) for name, array in arrays.items()},
     )
+
+
+def _usable(positions, indices):
+    """(triangles,) bool: which have finite vertices, of which a float can hold the square; None if all have."""
+    with np.errstate(invalid="ignore"):
+        good = (np.abs(positions) < _LARGEST).all(axis=1)
+    return None if good.all() else good[indices].all(axis=1)
+
+
+def _normals(mesh, positions, indices, corners):
+    """(corners, 3) float32, None for a flat mesh. Beside a bad vertex Blender's are no numbers: the triangle's own takes their place."""
+    normals = compat.corner_normals(mesh)
+    if normals is None or np.isfinite(normals).all():
+        return normals
+    bad = ~np.isfinite(normals).all(axis=1)[corners]
+    hit = bad.any(axis=1)
+    a, b, c = positions[indices[hit]].transpose(1, 0, 2)
+    flat = np.cross(b - a, c - a)
+    flat /= np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-30)
+    normals[corners[hit][bad[hit]]] = np.repeat(flat, bad[hit].sum(axis=1), axis=0)
+    return normals
+
+
+def _moved_in(positions, indices):
+    """The positions with those that no triangle uses moved to one that is used, so that they count in no bounds."""
+    used = np.zeros(len(positions), dtype=bool)
+    used[indices] = True
+    return np.where(used[:, None], positions, positions[indices[0, 0]] if len(indices) else np.float32(0.0))
+
+
+def _finite(array):
+    """The array with 0 in place of what is no number."""
+    return array if np.isfinite(array).all() else np.nan_to_num(array, nan=0.0, posinf=0.0, neginf=0.0)
 
 
 def _material_slots(mesh):

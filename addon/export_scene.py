@@ -96,6 +96,9 @@ class _Walk:
         if not self._is_visible(obj):
             return
         transform = np.array(matrix, dtype=np.float64)[:3]
+        if not np.isfinite(transform).all():
+            self.warn(f"object '{obj.name}': its place or scale is not finite, it is left out")
+            return
         if np.linalg.matrix_rank(transform[:, :3]) < 2:
             return  # scaled to a point or a line; what is squeezed flat still shows
         materials = tuple(self._materials.export(material) for material in _materials_of(obj))

@@ -7,6 +7,9 @@ import os
 import sys
 from pathlib import Path
 
+import pictures
+import pytest
+
 ROOT = Path(__file__).resolve().parents[1]
 STAGE = ROOT / "build" / "stage"
 
@@ -29,3 +32,15 @@ def pytest_collection_modifyitems(config, items):
     slow = [item for item in items if item.get_closest_marker("slow")]
     config.hook.pytest_deselected(items=slow)
     items[:] = [item for item in items if item not in slow]
+
+
+def pytest_runtest_setup():
+    pictures.forget()
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_makereport(item):
+    """A test that fails leaves what it rendered last."""
+    report = (yield).get_result()
+    if report.when == "call" and report.failed:
+        report.sections += [("picture", str(path)) for path in pictures.leave(item.name)]

@@ -38,13 +38,44 @@ RTCRayHit make_query(const Ray& ray) {
   return query;
 }
 
-void trace(RTCScene scene, RTCRayHit& query) {
+// The id of an instance, whether it is one for Embree too or was moved to world space.
+uint32_t instance_of(uint32_t instance_id, uint32_t geometry_id) {
+  return instance_id != RTC_INVALID_GEOMETRY_ID ? instance_id : geometry_id;
+}
+
+// What Embree hands to the filter of a query.
 #if SPPM_EMBREE_MAJOR >= 4
-  rtcIntersect1(scene, &query);
+using QueryContext = RTCRayQueryContext;
+constexpr RTCSceneFlags kQueriesMayFilter = RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS;
 #else
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcIntersect1(scene, &context, &query);
+using QueryContext = RTCIntersectContext;
+constexpr RTCSceneFlags kQueriesMayFilter = RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION;
+#endif
+struct TouchingContext {
+  QueryContext embree;  // first, so that the filter finds what follows it
+  const Touching* touching;
+};
+
+void reject_not_allowed(const RTCFilterFunctionNArguments* args) {
+  const Touching& touching = *reinterpret_cast<const TouchingContext*>(args->context)->touching;
+  const uint32_t instance = instance_of(RTCHitN_instID(args->hit, 1, 0, 0), RTCHitN_geomID(args->hit, 1, 0));
+  if (!touching.allows({instance, RTCHitN_primID(args->hit, 1, 0)}, RTCRayN_tfar(args->ray, 1, 0))) args->valid[0] = 0;
+}
+
+void trace(RTCScene scene, RTCRayHit& query, const Touching& touching) {
+  TouchingContext context{{}, &touching};
+  const bool filters = touching.rule != Touching::Rule::kAll;
+#if SPPM_EMBREE_MAJOR >= 4
+  rtcInitRayQueryContext(&context.embree);
+  RTCIntersectArguments arguments;
+  rtcInitIntersectArguments(&arguments);
+  arguments.context = &context.embree;
+  if (filters) arguments.filter = reject_not_allowed, arguments.flags = RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER;
+  rtcIntersect1(scene, &query, &arguments);
+#else
+  rtcInitIntersectContext(&context.embree);
+  if (filters) context.embree.filter = reject_not_allowed;
+  rtcIntersect1(scene, &context.embree, &query);
 #endif
 }
 
@@ -76,13 +107,18 @@ struct Accel::Impl {
           return true;
         },
         this);
-    scene = rtcNewScene(device);
-    rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
+    scene = new_scene();
   }
   ~Impl() {
     for (auto& [mesh, part] : instanced) rtcReleaseScene(part);
     rtcReleaseScene(scene);
     rtcReleaseDevice(device);
+  }
+  RTCScene new_scene() const {
+    RTCScene made = rtcNewScene(device);
+    rtcSetSceneBuildQuality(made, RTC_BUILD_QUALITY_MEDIUM);
+    rtcSetSceneFlags(made, kQueriesMayFilter);
+    return made;
   }
   void check() const {
     const RTCError error = rtcGetDeviceError(device);
@@ -103,7 +139,7 @@ struct Accel::Impl {
   RTCScene part(const Mesh* mesh) {
     RTCScene& slot = instanced[mesh];
     if (!slot) {
-      slot = rtcNewScene(device);
+      slot = new_scene();
       attach(slot, triangles(*mesh), 0);
       rtcCommitScene(slot);
     }
@@ -142,10 +178,9 @@ void Accel::build(std::span<const Placement> placements) {
 std::optional<Hit> Accel::intersect(const Ray& ray) const {
   if (!traceable(ray)) return std::nullopt;
   RTCRayHit query = make_query(ray);
-  trace(impl_->scene, query);
+  trace(impl_->scene, query, ray.touching);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-  const bool instanced = query.hit.instID[0] != RTC_INVALID_GEOMETRY_ID;
-  return Hit{query.ray.tfar, query.hit.u, query.hit.v, instanced ? query.hit.instID[0] : query.hit.geomID, query.hit.primID};
+  return Hit{query.ray.tfar, query.hit.u, query.hit.v, instance_of(query.hit.instID[0], query.hit.geomID), query.hit.primID};
 }
 
 bool Accel::occluded(const Ray& ray) const {

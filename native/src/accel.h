@@ -6,8 +6,8 @@
 #include <span>
 #include <string>
 
-#include "camera.h"
 #include "mesh.h"
+#include "ray.h"
 
 namespace sppm {
 

@@ -102,7 +102,8 @@ Vec3 energy_factor(const Lobe& lobe, float cos_theta) {
   const Vec3 average = f0 + (edge - f0) * (1.0f / 21);
   // What is not lost goes on to a second facet, a third ...: a geometric series (Kulla and Conty 2017).
   const float mean = lobe.multiple_scattering->average(lobe.roughness);
-  const auto series = [&](float f) { return f * mean / (1 - f * (1 - mean)); };
+  // Above white it would not converge: there the facets gain as white ones do.
+  const auto series = [&](float f) { return std::min(f, 1.0f) * mean / (1 - std::min(f, 1.0f) * (1 - mean)); };
   return splat(1) + Vec3{series(average.x), series(average.y), series(average.z)} * ((1 - e) / e);
 }
 

@@ -1,15 +1,11 @@
 // The camera: from a film position to a ray.
 #pragma once
 
+#include "ray.h"
 #include "sppm/sppm.h"
 #include "vecmath.h"
 
 namespace sppm {
-
-struct Ray {
-  Vec3 origin, direction;  // unit direction
-  float near = 0, far = kInfinity;
-};
 
 class Camera {
  public:

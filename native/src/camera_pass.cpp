@@ -81,7 +81,7 @@ class CameraPath {
     if (chosen == LobeChoice::kNothing) return Next::kEnd;
     if (chosen == LobeChoice::kThrough) {
       beta_ *= transparency / choice.through;
-      ray_ = s.spawn(ray_.direction);
+      ray_ = s.spawn_at_border(wo, ray_.direction);
       return Next::kThrough;
     }
     const Lobe& lobe = bsdf.lobes[chosen];
@@ -102,9 +102,9 @@ class CameraPath {
     if (!next || is_black(next->weight)) return Next::kEnd;
     beta_ *= next->weight / probability;
     mis_pdf_ = next->smooth ? 0 : next->pdf_solid_angle * probability;
-    ray_ = s.spawn(next->direction);
+    ray_ = lobe.diffuse() ? s.spawn(next->direction) : s.spawn_at_border(wo, next->direction);
     scattered_at_ = ray_.origin;
-    since_scatter_ = 0;
+    since_scatter_ = ray_.touching.reach;
     camera_ray_ = false;
     // Entering glass divides radiance by eta^2 and leaving multiplies it: not a reason to end a path.
     if (dot(next->direction, s.ng) * dot(wo, s.ng) < 0) index_scale_ *= square(dot(wo, s.ng) > 0 ? lobe.ior : 1 / lobe.ior);
@@ -114,7 +114,7 @@ class CameraPath {
   Next pass_through(const SurfacePoint& s, Vec3 transparency) {
     beta_ *= transparency;
     if (is_black(beta_)) return Next::kEnd;
-    ray_ = s.spawn(ray_.direction);
+    ray_ = s.spawn_at_border(-ray_.direction, ray_.direction);
     return Next::kThrough;
   }
 

@@ -40,7 +40,11 @@ class Gatherer {
     ++count_;
   }
 
-  Vec3 phi() const { return sum_ * vp_.weight; }
+  // Of what only colours above white make so bright that the sum is no float any more nothing is kept.
+  Vec3 phi() const {
+    const Vec3 phi = sum_ * vp_.weight;
+    return is_finite(phi) ? phi : Vec3{};
+  }
   uint32_t count() const { return count_; }
   uint64_t dropped() const { return dropped_; }
 

@@ -23,6 +23,8 @@ Distribution mixed(const std::vector<double>& weights) {
   return Distribution(mix);
 }
 constexpr uint64_t kMostLooks = 1 << 16;  // at the textures of one emitting mesh, to know where it is bright
+// Below this lamps are points: the solid angle of a smaller one, seen from afar, is no float any more.
+constexpr float kSmallestRadius = 1e-12f;
 
 Vec3 unit_axis(const Affine& m, int column, const std::string& where) {
   const Vec3 a = m.column(column);
@@ -38,6 +40,18 @@ float smoothstep(float x) {
 
 // True for lamps whose light on rough surfaces is direct light's alone: a scattered ray would not meet them, or be shadowed.
 bool direct_only(uint32_t flags) { return flags & (SPPM_LIGHT_HIDDEN_FROM_SPECULAR | SPPM_LIGHT_NO_SHADOW); }
+
+// In double, where no product of edges leaves the range; 0 for what single precision could not place.
+double area_of(const std::array<Vec3, 3>& p) {
+  using Double3 = std::array<double, 3>;
+  const auto edge = [&](size_t to) -> Double3 {
+    return {static_cast<double>(p[to].x) - static_cast<double>(p[0].x), static_cast<double>(p[to].y) - static_cast<double>(p[0].y),
+            static_cast<double>(p[to].z) - static_cast<double>(p[0].z)};
+  };
+  const Double3 a = edge(1), b = edge(2);
+  const double area = 0.5 * std::hypot(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]);
+  return std::isfinite(static_cast<float>(area)) ? area : 0;
+}
 
 // 1 - cos(angle), exact for small angles.
 float versine(float angle) { return 2 * square(std::sin(angle / 2)); }
@@ -78,7 +92,7 @@ uint32_t Lights::add_lamp(const SppmLightDesc& d) {
       require(d.blend >= 0 && d.blend <= 1, where + "blend must be from 0 to 1");
       lamp.one_minus_cos = versine(d.angle / 2), lamp.cos_half = 1 - lamp.one_minus_cos, lamp.blend = d.blend;
       [[fallthrough]];
-    case SPPM_LIGHT_POINT: lamp.radius = d.radius; break;
+    case SPPM_LIGHT_POINT: lamp.radius = d.radius < kSmallestRadius ? 0 : d.radius; break;
     case SPPM_LIGHT_SUN:
       require(std::isfinite(d.angle) && d.angle >= 0 && d.angle <= kPi, where + "angle must be from 0 to pi");
       lamp.one_minus_cos = versine(d.angle / 2);
@@ -88,7 +102,7 @@ uint32_t Lights::add_lamp(const SppmLightDesc& d) {
               where + "size_x and size_y must be finite and at least 0");
       lamp.x = m.column(0) * (d.size_x / 2), lamp.y = m.column(1) * (d.size_y / 2);
       lamp.axis = normalize(face_toward(cross(m.column(0), m.column(1)), lamp.axis));
-      lamp.area = static_cast<double>(length(cross(lamp.x, lamp.y))) * (lamp.type == SPPM_LIGHT_ELLIPSE ? kPi : 4.0f);
+      lamp.area = 2 * area_of({Vec3{}, lamp.x, lamp.y}) * (lamp.type == SPPM_LIGHT_ELLIPSE ? M_PI : 4.0);
   }
   lamps_.push_back(lamp);
   return static_cast<uint32_t>(lamps_.size());
@@ -116,7 +130,7 @@ uint32_t Lights::add_triangles(std::vector<EmissiveTriangle> triangles) {
   std::vector<double> weights;
   for (EmissiveTriangle& t : triangles) {
     for (const Vec3 p : t.p) t.reach = std::max(t.reach, max_component(abs(p)));
-    t.area = 0.5 * static_cast<double>(length(cross(t.p[1] - t.p[0], t.p[2] - t.p[0])));
+    t.area = area_of(t.p);
     const uint64_t n = materials_->textured(t.material) ? looks : 1;
     double brightness = 0;
     for (uint64_t k = 0; k < n; ++k)
@@ -180,6 +194,7 @@ void Lights::commit(const Bounds& bounds, Targets targets) {
     entries_.push_back({Kind::kWorld, 0});
     powers.push_back(M_PI * static_cast<double>(square(radius_)) * world_integral_);
   }
+  build_lamp_boxes();
   power_ = std::accumulate(powers.begin(), powers.end(), 0.0);
   by_power_ = mixed(powers);
   for (uint32_t i = 0; i < entries_.size(); ++i)
@@ -277,6 +292,16 @@ float Lights::probability(uint32_t entry, Vec3 p) const {
   for (size_t i = 0; i < far_entries_.size(); ++i)
     if (far_entries_[i] == entry) return alike + (1 - kAlike) * (1 - near) * far_.probability(i);
   return alike + (1 - kAlike) * near * near_.probability(entry, p);
+}
+
+void Lights::build_lamp_boxes() {
+  std::vector<Bounds> boxes;
+  for (const uint32_t i : sized_lamps_) {
+    const Lamp& lamp = lamps_[i];
+    const Vec3 half = lamp.area > 0 ? abs(lamp.x) + abs(lamp.y) : splat(lamp.radius);
+    boxes.push_back({lamp.position - half, lamp.position + half});
+  }
+  lamp_boxes_.build(boxes);
 }
 
 Vec3 Lights::spot_factor(const Lamp& lamp, float cos_theta) const {
@@ -386,12 +411,12 @@ std::optional<DirectSample> Lights::sample_triangles(const TriangleSet& set, Vec
   const Vec2 b = sample_triangle(u);
   const Vec3 point = t.p[0] * (1 - b.x - b.y) + t.p[1] * b.x + t.p[2] * b.y, to_point = point - p;
   const float distance2 = length_squared(to_point);
-  const Vec3 e1 = t.p[1] - t.p[0], e2 = t.p[2] - t.p[0], normal = cross(e1, e2);
+  const Vec3 e1 = t.p[1] - t.p[0], e2 = t.p[2] - t.p[0], normal = unit_normal(e1, e2);
   if (distance2 <= 0) return std::nullopt;
   DirectSample s;
   s.distance = std::sqrt(distance2);
   s.wi = to_point / s.distance;
-  const float cosine = std::abs(dot(s.wi, normal)) / length(normal);
+  const float cosine = std::abs(dot(s.wi, unit_normal(t.p[1] - t.p[0], t.p[2] - t.p[0])));
   if (!(cosine > 0)) return std::nullopt;
   s.pdf = set.choice.probability(i) * distance2 / (cosine * static_cast<float>(t.area));
   s.radiance = triangle_emission(t, b);
@@ -489,10 +514,9 @@ std::optional<PhotonStart> Lights::emit_triangles(const TriangleSet& set, const 
   const size_t i = set.choice.sample(choice);
   const EmissiveTriangle& t = set.triangles[i];
   const Vec2 b = sample_triangle(u.first());
-  const Vec3 e1 = t.p[1] - t.p[0], e2 = t.p[2] - t.p[0], cross_product = cross(e1, e2);
-  const float l = length(cross_product);
-  if (!(l > 0)) return std::nullopt;
-  const Vec3 normal = choice < 0.5f ? cross_product / l : -cross_product / l;
+  const Vec3 e1 = t.p[1] - t.p[0], e2 = t.p[2] - t.p[0], front = unit_normal(e1, e2);
+  if (is_black(front)) return std::nullopt;
+  const Vec3 normal = choice < 0.5f ? front : -front;
   const Vec3 origin = t.p[0] * (1 - b.x - b.y) + t.p[1] * b.x + t.p[2] * b.y + normal * clearance(t.reach, e1, e2);
   const auto sample = sample_surface_direction(origin, normal, targets, u.second(), v[2]);
   if (!sample) return std::nullopt;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "box_tree.h"
 #include "image.h"
 #include "light_tree.h"
 #include "material.h"
@@ -76,8 +77,9 @@ class Lights {
   // Lamps crossed at a distance in (near, far] from the point that scattered the ray; calls visit(EmittedLight).
   template <typename Visit>
   void visit_lamps(Vec3 origin, Vec3 direction, float near, float far, Visit visit) const {
-    for (const uint32_t i : sized_lamps_)
-      if (const auto found = lamp_along(i, origin, direction, near, far)) visit(*found);
+    lamp_boxes_.visit_along(origin, direction, far, [&](uint32_t i) {
+      if (const auto found = lamp_along(sized_lamps_[i], origin, direction, near, far)) visit(*found);
+    });
   }
   // Environment, and unless a camera ray the suns' disks, that a ray which leaves the scene sees; `origin` scattered it.
   template <typename Visit>
@@ -136,6 +138,7 @@ class Lights {
   Vec3 sample_world_direction(Vec2 u, float& pdf) const;  // pdf without the choice
   float world_direction_pdf(Vec3 direction) const;
   void build_world_distribution();
+  void build_lamp_boxes();
 
   const Textures* textures_;
   const Materials* materials_;
@@ -144,6 +147,7 @@ class Lights {
   std::vector<Entry> entries_;
   std::vector<uint32_t> lamp_entry_, set_entry_;
   std::vector<uint32_t> sized_lamps_, suns_;
+  BoxTree lamp_boxes_;  // of `sized_lamps_`
   uint32_t world_entry_ = 0;
   double power_ = 0;
   Distribution by_power_, by_aimed_power_;

@@ -15,6 +15,14 @@ LobeType lobe_type(SppmClosureType type, uint32_t flags) {
   }
 }
 
+// GGX width of a lobe, 0 where it is narrower than float directions resolve. Facets of glass that hardly bends light turn what they
+// let through by no more than their tilt times ior - 1.
+float alpha_of(const Lobe& lobe) {
+  const bool transmits = lobe.type == LobeType::kDielectric || lobe.type == LobeType::kRefraction;
+  const float alpha = square(lobe.roughness), spread = alpha * (transmits ? std::min(std::abs(lobe.ior - 1), 1.0f) : 1.0f);
+  return lobe.diffuse() || spread < kSmallestAlpha ? 0 : alpha;
+}
+
 bool scatters(SppmClosureType type) { return type != SPPM_TRANSPARENT && type != SPPM_EMISSION; }
 
 }  // namespace
@@ -87,10 +95,10 @@ void Materials::lobes(uint32_t id, const SurfaceAttributes& at, Bsdf& bsdf) cons
       lobe.color = max(c.color.color(*textures_, at), {});
       lobe.color2 = max(c.color2.color(*textures_, at), {});
       lobe.roughness = roughness;
-      lobe.alpha = lobe.diffuse() || square(roughness) < kSmallestAlpha ? 0 : square(roughness);
       lobe.ior = c.ior;
       lobe.edge_by_ior = c.flags & SPPM_CLOSURE_EDGE_BY_IOR;
       lobe.separable = c.flags & SPPM_CLOSURE_SEPARABLE;
+      lobe.alpha = alpha_of(lobe);
       lobe.multiple_scattering = lobe.alpha > 0 ? c.multiple_scattering : nullptr;
       lobe.multiple_scattering_inside = c.multiple_scattering_inside;
       lobe.cover = cover;

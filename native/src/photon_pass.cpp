@@ -49,7 +49,7 @@ class PhotonPath {
       if (chosen == LobeChoice::kThrough) {
         if (++passes > kMostPasses) return;
         beta *= transparency / choice.through;
-        ray = surface->spawn(ray.direction);
+        ray = surface->spawn_at_border(wi, ray.direction);
         continue;
       }
       const Lobe& lobe = bsdf.lobes[chosen];
@@ -68,7 +68,7 @@ class PhotonPath {
       if (pick >= survival) return;
       beta = scattered / survival;
       if (lobe.diffuse()) kind = kIndirect;
-      ray = surface->spawn(next->direction);
+      ray = lobe.diffuse() ? surface->spawn(next->direction) : surface->spawn_at_border(wi, next->direction);
       ++depth;
     }
   }

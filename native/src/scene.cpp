@@ -5,6 +5,9 @@
 namespace sppm {
 namespace {
 
+// The plane of a needle, whose edges are nearly parallel, is known worse by the ratio of their product to its area; beyond the last
+// ratio it is not known at all.
+constexpr float kNeedleUlps = 2 * 0x1p-23f, kLargestNeedle = 1e4f;
 // A large mesh is taken in so many runs of triangles, neighbours in most meshes, when it is looked for what throws caustics.
 constexpr size_t kCasterRuns = 4096;
 
@@ -16,6 +19,25 @@ Bounds transformed(const Bounds& b, const Affine& transform) {
 }
 
 }  // namespace
+
+Ray SurfacePoint::spawn_at_border(Vec3 from, Vec3 w, float far) const {
+  Touching there = touching;
+  const Face face{instance, triangle};
+  const bool through = dot(from, ng) * dot(w, ng) < 0;
+  if (there.rule == Touching::Rule::kOnlyThese) {
+    there.remove(face);  // on the way back; light reflected a third time between the same two faces takes the short way out
+    if (!through || there.count == 0) return spawn(w, far);
+  } else if (through) {
+    there.rule = Touching::Rule::kNotThese;
+    there.add(face);
+  } else {
+    if (there.count == 0) return spawn(w, far);
+    there.rule = Touching::Rule::kOnlyThese;  // back through those that it has come through
+  }
+  const float before = offset / std::max(std::abs(dot(ng, w)), 0.1f);
+  there.reach = 2 * before;
+  return {.origin = p - w * before, .direction = w, .far = far + before, .touching = there};
+}
 
 uint32_t Scene::add_mesh(const SppmMeshDesc& desc) {
   meshes_.push_back(std::make_unique<Mesh>(desc));
@@ -164,12 +186,16 @@ std::optional<SurfacePoint> Scene::intersect(const Ray& ray) const {
   const Mesh& mesh = *meshes_[instance.mesh];
   const auto v = vertices(instance, hit->triangle);
   const Vec3 e1 = v[1] - v[0], e2 = v[2] - v[0];
-  const Vec3 normal = cross(e1, e2);
+  // In units of the longer edge: products of very long or very short ones leave the range of floats.
+  const float size = max_component(max(abs(e1), abs(e2)));
+  const Vec3 a = e1 / size, b = e2 / size, normal = cross(a, b);
   const float l = length(normal);
+  const float needle = std::min(std::sqrt(length_squared(a) * length_squared(b)) / l, kLargestNeedle);
   SurfacePoint s;
   s.p = v[0] * (1 - hit->u - hit->v) + v[1] * hit->u + v[2] * hit->v;
   s.ng = l > 0 ? normal / (instance.flip ? -l : l) : -ray.direction;
-  s.offset = clearance(instance.identity ? max_component(abs(s.p)) : reach(instance, hit->triangle), e1, e2);
+  s.offset = clearance(instance.identity ? max_component(abs(s.p)) : reach(instance, hit->triangle), e1, e2) +
+             (l > 0 ? kNeedleUlps * size * needle : 0.0f);
   s.ns = s.ng;
   if (!mesh.normals.empty()) {
     const auto& c = mesh.corners[hit->triangle];
@@ -180,6 +206,7 @@ std::optional<SurfacePoint> Scene::intersect(const Ray& ray) const {
     if (world_length > 0) s.ns = face_toward(world / world_length, s.ng);
   }
   s.instance = hit->instance, s.triangle = hit->triangle;
+  if (hit->t <= ray.touching.reach) s.touching = ray.touching;
   s.material = instance.materials[mesh.slot(hit->triangle)];
   if (has_textures_) s.attributes = attributes(mesh, hit->triangle, hit->u, hit->v);
   return s;
@@ -195,8 +222,9 @@ Vec3 Scene::transmittance(Ray ray, uint64_t& rays) const {
     if (!s) return left;
     left *= transparency(*s);
     if (is_black(left)) return {};
-    ray = std::isfinite(ray.far) ? s->spawn_to(end) : s->spawn(direction);
-    if (dot(ray.direction, direction) <= 0) return left;  // the surface is where the ray ends
+    const float rest = std::isfinite(ray.far) ? dot(end - s->p, direction) : kInfinity;
+    if (!(rest > 0)) return left;  // the surface is where the ray ends
+    ray = s->spawn_at_border(-direction, direction, rest);
     ++rays;
   }
   return {};

@@ -26,15 +26,19 @@ struct SurfacePoint {
   uint32_t material = 0;
   uint32_t instance = 0, triangle = 0;
   SurfaceAttributes attributes;
+  Touching touching;   // of the ray that came here, if it came from another surface in the same place
 
   // A ray that leaves along the unit vector w on the side that w is on.
-  Ray spawn(Vec3 w, float far = kInfinity) const { return {start(w), w, 0, far}; }
+  Ray spawn(Vec3 w, float far = kInfinity) const { return {.origin = start(w), .direction = w, .far = far}; }
   // A ray that ends at `end`.
   Ray spawn_to(Vec3 end) const {
     const Vec3 origin = start(end - p), way = end - origin;
     const float distance = length(way);
-    return {origin, distance > 0 ? way / distance : ng, 0, distance};
+    return {.origin = origin, .direction = distance > 0 ? way / distance : ng, .far = distance};
   }
+  // A ray along w where the one before has come from `from` and goes on through the borders of its medium: none that lies in the same
+  // place as this surface is left out, as it would be by `spawn`.
+  Ray spawn_at_border(Vec3 from, Vec3 w, float far = kInfinity) const;
 
  private:
   Vec3 start(Vec3 toward) const { return p + ng * std::copysign(offset, dot(ng, toward)); }

@@ -51,6 +51,13 @@ constexpr bool is_black(Vec3 a) { return a.x == 0 && a.y == 0 && a.z == 0; }
 constexpr float square(float x) { return x * x; }
 constexpr Vec3 lerp(Vec3 a, Vec3 b, float t) { return a * (1 - t) + b * t; }
 inline float safe_sqrt(float x) { return std::sqrt(std::max(x, 0.0f)); }
+// Unit normal of a triangle with these edges, their size whatever it is; zero for a triangle without area.
+inline Vec3 unit_normal(Vec3 e1, Vec3 e2) {
+  const float size = max_component(max(abs(e1), abs(e2)));
+  const Vec3 n = cross(e1 / size, e2 / size);
+  const float l = length(n);
+  return l > 0 ? n / l : Vec3{};
+}
 // v turned to the side of n that `side` is on.
 constexpr Vec3 face_toward(Vec3 v, Vec3 side) { return dot(v, side) < 0 ? -v : v; }
 

@@ -3,6 +3,7 @@
 import bpy
 import make_scenes
 import numpy as np
+import pictures
 
 
 def start(width, height, iterations=4, world=(0.0, 0.0, 0.0)):
@@ -24,7 +25,9 @@ def render(path):
     settings.filepath = str(path)
     path.unlink(missing_ok=True)
     assert bpy.ops.render.render(write_still=True) == {"FINISHED"}
-    return read(path)
+    pixels = read(path)
+    pictures.keep(pixels)
+    return pixels
 
 
 def read(path):

@@ -5,6 +5,7 @@ the seeds tells, plus what a test states and gives reasons for; `precision` is t
 """
 
 import numpy as np
+import pictures
 from sppm import native, scene_desc
 from sppm.scene_desc import ClosureDesc, ClosureType, LightFlags, LightType, Param
 
@@ -162,18 +163,25 @@ def render(scene, *passes, iterations=4, threads=0, **settings):
     with native.Scene(scene.desc) as built, native.Session(built, settings) as session:
         for _ in range(iterations):
             session.step()
-        assert session.progress().dropped_samples == 0
-        pictures = tuple(session.read_pass(name).astype(np.float64) for name in passes)
-    assert all(np.isfinite(p).all() for p in pictures)
-    return pictures[0] if len(pictures) == 1 else pictures
+        dropped = session.progress().dropped_samples
+        found = tuple(session.read_pass(name).astype(np.float64) for name in passes)
+    pictures.keep(found[0])
+    assert dropped == 0, f"{dropped} samples were dropped"
+    assert all(np.isfinite(p).all() for p in found)
+    return found[0] if len(found) == 1 else found
+
+
+def render_all(scene, **settings):
+    """Every pass by its name."""
+    return dict(zip(native.PASS_NAMES, render(scene, *native.PASS_NAMES, **settings)))
 
 
 def means(scene, *passes, seeds=8, **settings):
     """Mean over pixels and colours for each seed: (seeds, passes); for one pass (seeds,). The Combined pass loses its alpha."""
     rows = []
     for seed in range(seeds):
-        pictures = render(scene, *passes, seed=1000 + seed, **settings)
-        rows.append([p[..., :3].mean() for p in (pictures if len(passes) > 1 else (pictures,))])
+        found = render(scene, *passes, seed=1000 + seed, **settings)
+        rows.append([p[..., :3].mean() for p in (found if len(passes) > 1 else (found,))])
     rows = np.array(rows)
     return rows if len(passes) > 1 else rows[:, 0]
 

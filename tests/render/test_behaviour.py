@@ -7,7 +7,7 @@ import zlib
 
 import numpy as np
 import pytest
-from scenes import DOWN, Scene, at, box, diffuse, emission, floor, glass, grey, look_at, quad, render, sphere
+from scenes import (DOWN, Scene, at, box, diffuse, emission, floor, glass, grey, look_at, quad, render, render_all, sphere)
 from sppm import native
 from sppm.scene_desc import LightFlags, LightType, Projection
 
@@ -20,10 +20,6 @@ def room(size=24, **camera):
     scene = Scene().add(box((-1, -1, -1), (1, 1, 1)), diffuse(0.6)).add(sphere(0.35, (0.1, 0.2, -0.5), divisions=3), glass())
     scene.light(LightType.RECTANGLE, at(0, 0, 0.95), 3, size_x=0.4, size_y=0.4)
     return scene.camera(look_at((0, -0.95, 0.1), (0, 0.4, -0.4)), 0.8, size, **camera)
-
-
-def passes(scene, **settings):
-    return dict(zip(native.PASS_NAMES, render(scene, *native.PASS_NAMES, **settings)))
 
 
 def assert_identical(a, b):
@@ -43,23 +39,23 @@ def test_seeds_differ():
 
 
 def test_same_bits_for_any_number_of_threads_and_again():
-    first = passes(room(), threads=1, photons_per_iteration=20000)
+    first = render_all(room(), threads=1, photons_per_iteration=20000)
     for threads in (1, 2, 4):
-        assert_identical(first, passes(room(), threads=threads, photons_per_iteration=20000))
+        assert_identical(first, render_all(room(), threads=threads, photons_per_iteration=20000))
 
 
 def test_region_shows_the_pixels_of_the_whole():
     """All that does not come from photons, whose number a pixel and whose path depends on what else is seen."""
-    whole = passes(room(), photons_per_iteration=5000)
+    whole = render_all(room(), photons_per_iteration=5000)
     x, y, width, height = 5, 9, 13, 7
-    part = passes(room(region=(x, y, width, height)), photons_per_iteration=5000)
+    part = render_all(room(region=(x, y, width, height)), photons_per_iteration=5000)
     for name in ("Direct", "Depth", "Normal"):
         assert part[name].shape[:2] == (height, width)
         assert np.array_equal(part[name], whole[name][y:y + height, x:x + width]), name
 
 
 def test_combined_is_the_sum_of_its_parts():
-    found = passes(room())
+    found = render_all(room())
     total = found["Direct"] + found["Indirect"] + found["Caustics"]
     np.testing.assert_allclose(found["Combined"][..., :3], total, rtol=1e-5, atol=1e-7)
     assert found["Indirect"].any() and found["Caustics"].any()
@@ -276,13 +272,13 @@ def test_depth_of_field_keeps_what_is_in_focus():
 
 def test_nothing_visible():
     scene = Scene().add(floor(1), diffuse(RHO)).light(LightType.POINT, at(0, 0, 1), 1).camera(look_at((0, 0, 2), (0, 1, 9)), 0.5)
-    found = passes(scene)
+    found = render_all(scene)
     assert not found["Combined"][..., :3].any()
     assert (found["Depth"] == np.float32(1e10)).all()
 
 
 def test_no_light():
-    found = passes(Scene().add(floor(1), diffuse(RHO)).above(1, 0.5))
+    found = render_all(Scene().add(floor(1), diffuse(RHO)).above(1, 0.5))
     assert not found["Combined"][..., :3].any() and (found["Combined"][..., 3] == 1).all()
 
 
