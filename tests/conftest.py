@@ -14,7 +14,7 @@ if not (STAGE / "addons" / "sppm" / "__init__.py").is_file():
     raise RuntimeError(f"no staged add-on in {STAGE}: run ./dev stage")
 
 os.environ["BLENDER_USER_SCRIPTS"] = str(STAGE)
-for folder in (STAGE / "addons", ROOT / "blend_scenes"):
+for folder in (STAGE / "addons", ROOT / "blend_scenes", ROOT / "benchmarks"):
     sys.path.insert(0, str(folder))
 
 

@@ -1,0 +1,45 @@
+"""How far a picture is from a reference. Pictures are (height, width, channels) linear radiance, without alpha."""
+
+import numpy as np
+
+WORST = 0.001  # share of the pixels that a trimmed mean leaves out: a few fireflies say nothing about all others
+
+
+def squared_relative_errors(picture, reference):
+    """(height, width) of (a - b)^2 / (b^2 + 0.01 mean(b)^2), averaged over the channels; the mean is the whole reference's.
+
+    Raises:
+        ValueError: the shapes differ, or the reference is black or not finite.
+    """
+    a, b = (np.asarray(p, np.float64) for p in (picture, reference))
+    if a.shape != b.shape or a.ndim != 3:
+        raise ValueError(f"pictures of shapes {a.shape} and {b.shape}")
+    mean = b.mean()
+    if not mean > 0 or not np.isfinite(mean):
+        raise ValueError(f"the reference has the mean {mean}")
+    return ((a - b) ** 2 / (b**2 + 0.01 * mean**2)).mean(-1)
+
+
+def relmse(picture, reference, mask=None, worst=0.0):
+    """Mean squared relative error over the pixels of `mask` (height, width), without the share `worst` of the largest."""
+    errors = squared_relative_errors(picture, reference)
+    errors = np.sort(errors[mask] if mask is not None else errors.ravel())
+    if not len(errors):
+        raise ValueError("the mask leaves no pixel")
+    return errors[: len(errors) - int(worst * len(errors))].mean()
+
+
+def trimmed_relmse(picture, reference, mask=None):
+    """`relmse` without the worst 0.1 % of the pixels."""
+    return relmse(picture, reference, mask, WORST)
+
+
+def rmse(picture, reference, mask=None):
+    """Root of the mean squared difference over the pixels of `mask`, in the unit of the pictures."""
+    squares = ((np.asarray(picture, np.float64) - reference) ** 2).mean(-1)
+    return np.sqrt((squares[mask] if mask is not None else squares).mean())
+
+
+def slope(amounts, errors):
+    """Exponent of the power law that fits errors against amounts (of photons, of seconds) best in logarithms."""
+    return np.polyfit(np.log(amounts), np.log(errors), 1)[0]
