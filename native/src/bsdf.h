@@ -24,6 +24,8 @@ struct Lobe {
   float roughness = 0;
   float alpha = 0;       // GGX; 0 is perfectly smooth
   float ior = 1;         // inside over outside
+  bool edge_by_ior = false;  // conductor: color2 is reached as a dielectric of index `ior` reaches 1
+  bool separable = false;    // masking and shadowing independent; Fresnel shares of glass at the shading normal
   const class AlbedoTable* multiple_scattering = nullptr;  // gives back lost energy if set
   const AlbedoTable* multiple_scattering_inside = nullptr; // the same where light is seen from inside a dielectric
   const AlbedoTable* cover = nullptr;                      // the coat that lies above, if any

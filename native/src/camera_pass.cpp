@@ -144,10 +144,7 @@ class CameraPath {
     if (is_black(f)) return;
     Vec3 value = beta_ * f * light->radiance * (std::abs(dot(light->wi, bsdf.at.frame.n)) / light->pdf);
     if (light->casts_shadow) {
-      Ray shadow = s.spawn(light->wi, light->distance);
-      // Short of the light where it is a surface itself.
-      if (light->on_surface) shadow.far = light->distance * (1 - 1e-4f) - s.offset;
-      value *= scene_.transmittance(shadow, counts_.shadow);
+      value *= scene_.transmittance(light->end ? s.spawn_to(*light->end) : s.spawn(light->wi, light->distance), counts_.shadow);
     }
     (waiting_ ? sample_.indirect : sample_.direct) += value;
   }

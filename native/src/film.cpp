@@ -1,5 +1,7 @@
 #include "film.h"
 
+#include <numeric>
+
 namespace sppm {
 namespace {
 
@@ -29,13 +31,18 @@ class Gatherer {
       value *= shading / geometric;
       if (lobe_) value *= evaluate(*lobe_, at_, wo_, wi);
     }
-    if (!(dot(value, vp_.weight) > 0)) return;  // what adds nothing does not shrink the radius
+    const float worth = dot(value, vp_.weight);
+    if (!(worth > 0 && worth < kInfinity)) {  // what adds nothing does not shrink the radius
+      dropped_ += worth != 0;
+      return;
+    }
     sum_ += value;
     ++count_;
   }
 
   Vec3 phi() const { return sum_ * vp_.weight; }
   uint32_t count() const { return count_; }
+  uint64_t dropped() const { return dropped_; }
 
  private:
   const VisiblePoint& vp_;
@@ -45,6 +52,7 @@ class Gatherer {
   bool flat_;
   Vec3 sum_;
   uint32_t count_ = 0;
+  uint64_t dropped_ = 0;
 };
 
 }  // namespace
@@ -77,10 +85,12 @@ void Film::announce(const CameraSamples& samples, PhotonMaps& maps, const Thread
   }
 }
 
-void Film::update(const CameraSamples& samples, const PhotonMaps& maps, const PhotonRules& rules, uint64_t width, const Threads& threads) {
+uint64_t Film::update(const CameraSamples& samples, const PhotonMaps& maps, const PhotonRules& rules, uint64_t width,
+                      const Threads& threads) {
   const bool first = iterations_++ == 0;
-  const uint64_t height = pixels_.size() / width;
-  threads.for_each(tile_count(width, height), [&](uint64_t tile) {
+  const uint64_t height = pixels_.size() / width, tiles = tile_count(width, height);
+  std::vector<uint64_t> dropped(tiles, 0);
+  threads.for_each(tiles, [&](uint64_t tile) {
     visit_tile(tile, width, height, [&](uint64_t x, uint64_t y) {
       const uint64_t i = y * width + x;
       const CameraSample& sample = samples.pixels[i];
@@ -102,9 +112,11 @@ void Film::update(const CameraSamples& samples, const PhotonMaps& maps, const Ph
         maps[kind].visit_within(vp.p, static_cast<float>(estimate.radius), [&](const Photon& photon) { gatherer.add(photon); });
         estimate.update(gatherer.count(), gatherer.phi(), rules.paths[kind], rules.radius[kind], static_cast<double>(pixel.footprint),
                         smallest_radius(vp.p));
+        dropped[tile] += gatherer.dropped();
       }
     });
   });
+  return std::accumulate(dropped.begin(), dropped.end(), uint64_t{0});
 }
 
 void Film::clear() {

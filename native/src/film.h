@@ -33,8 +33,9 @@ class Film {
   void start_radii(const Camera& camera, const CameraSamples& samples, double initial_radius, const Threads& threads);
   // Tells the maps where they will be asked.
   void announce(const CameraSamples& samples, PhotonMaps& maps, const Threads& threads) const;
-  // Ends an iteration: each pixel, alone, sums the photons around its visible point and chooses its next radii.
-  void update(const CameraSamples& samples, const PhotonMaps& maps, const PhotonRules& rules, uint64_t width, const Threads& threads);
+  // Ends an iteration: each pixel, alone, sums the photons around its visible point and chooses its next radii. Returns how many
+  // contributions were left out because they were not finite.
+  uint64_t update(const CameraSamples& samples, const PhotonMaps& maps, const PhotonRules& rules, uint64_t width, const Threads& threads);
   // Forgets all iterations.
   void clear();
   // Share of the pixels with a visible point that found at least `least` photons of a kind.

@@ -3,12 +3,14 @@
 #include <numeric>
 
 #include "color.h"
+#include "mesh.h"
 #include "status.h"
 
 namespace sppm {
 namespace {
 
 constexpr int kLargestMap = 1024;  // cells across the environment's sampling table
+constexpr uint64_t kMostLooks = 1 << 16;  // at the textures of one emitting mesh, to know where it is bright
 
 Vec3 unit_axis(const Affine& m, int column, const std::string& where) {
   const Vec3 a = m.column(column);
@@ -97,14 +99,17 @@ void Lights::set_world(const SppmWorldDesc& d) {
 }
 
 uint32_t Lights::add_triangles(std::vector<EmissiveTriangle> triangles) {
+  // A textured triangle is looked at in a few places, more where triangles are few; the least weight keeps what they missed possible.
+  const uint64_t looks = std::clamp<uint64_t>(kMostLooks / std::max<size_t>(triangles.size(), 1), 4, 4096);
   std::vector<double> weights;
   for (EmissiveTriangle& t : triangles) {
+    for (const Vec3 p : t.p) t.reach = std::max(t.reach, max_component(abs(p)));
     t.area = 0.5 * static_cast<double>(length(cross(t.p[1] - t.p[0], t.p[2] - t.p[0])));
-    // A textured triangle is sampled at a few points; the least weight keeps those it missed possible.
+    const uint64_t n = materials_->textured(t.material) ? looks : 1;
     double brightness = 0;
-    for (const Vec2 b : {Vec2{1 / 3.f, 1 / 3.f}, Vec2{0.1f, 0.1f}, Vec2{0.8f, 0.1f}, Vec2{0.1f, 0.8f}})
-      brightness += 0.25 * static_cast<double>(luminance(triangle_emission(t, b)));
-    weights.push_back(t.area * brightness);
+    for (uint64_t k = 0; k < n; ++k)
+      brightness += static_cast<double>(luminance(triangle_emission(t, sample_triangle(Sampler(0, k).next().first()))));
+    weights.push_back(t.area * brightness / static_cast<double>(n));
   }
   double total_area = 0, total = 0;
   for (size_t i = 0; i < triangles.size(); ++i) total_area += triangles[i].area, total += weights[i];
@@ -128,7 +133,8 @@ double Lights::lamp_power(const Lamp& lamp) const {
       }
       return 2 * M_PI * static_cast<double>(lamp.one_minus_cos) * sum / kSteps * y;
     }
-    case SPPM_LIGHT_SUN: return M_PI * static_cast<double>(square(radius_)) * y;
+    case SPPM_LIGHT_SUN:  // through disks across its directions, of which those away from the axis bring less to a plane facing it
+      return M_PI * static_cast<double>(square(radius_)) * y * 2 / (2 - static_cast<double>(lamp.one_minus_cos));
     default: return M_PI * lamp.area * y;
   }
 }
@@ -351,9 +357,9 @@ std::optional<DirectSample> Lights::sample_triangles(const TriangleSet& set, Vec
   const size_t i = set.choice.sample(choice);
   const EmissiveTriangle& t = set.triangles[i];
   const Vec2 b = sample_triangle(u);
-  const Vec3 to_point = t.p[0] * (1 - b.x - b.y) + t.p[1] * b.x + t.p[2] * b.y - p;
+  const Vec3 point = t.p[0] * (1 - b.x - b.y) + t.p[1] * b.x + t.p[2] * b.y, to_point = point - p;
   const float distance2 = length_squared(to_point);
-  const Vec3 normal = cross(t.p[1] - t.p[0], t.p[2] - t.p[0]);
+  const Vec3 e1 = t.p[1] - t.p[0], e2 = t.p[2] - t.p[0], normal = cross(e1, e2);
   if (distance2 <= 0) return std::nullopt;
   DirectSample s;
   s.distance = std::sqrt(distance2);
@@ -362,7 +368,9 @@ std::optional<DirectSample> Lights::sample_triangles(const TriangleSet& set, Vec
   if (!(cosine > 0)) return std::nullopt;
   s.pdf = set.choice.probability(i) * distance2 / (cosine * static_cast<float>(t.area));
   s.radiance = triangle_emission(t, b);
-  s.on_surface = true;
+  // The rounding of p, where the ray begins, is carried along to its end.
+  const float short_of = clearance(std::max(t.reach, max_component(abs(p))), e1, e2);
+  s.end = point + face_toward(normal / length(normal), -to_point) * short_of;
   return s;
 }
 
@@ -454,12 +462,11 @@ std::optional<PhotonStart> Lights::emit_triangles(const TriangleSet& set, const 
   const size_t i = set.choice.sample(choice);
   const EmissiveTriangle& t = set.triangles[i];
   const Vec2 b = sample_triangle(u.first());
-  const Vec3 cross_product = cross(t.p[1] - t.p[0], t.p[2] - t.p[0]);
+  const Vec3 e1 = t.p[1] - t.p[0], e2 = t.p[2] - t.p[0], cross_product = cross(e1, e2);
   const float l = length(cross_product);
   if (!(l > 0)) return std::nullopt;
   const Vec3 normal = choice < 0.5f ? cross_product / l : -cross_product / l;
-  const float scale = max_component(max(abs(t.p[0]), max(abs(t.p[1]), abs(t.p[2]))));
-  const Vec3 origin = t.p[0] * (1 - b.x - b.y) + t.p[1] * b.x + t.p[2] * b.y + normal * (32 * 0x1p-23f * scale);
+  const Vec3 origin = t.p[0] * (1 - b.x - b.y) + t.p[1] * b.x + t.p[2] * b.y + normal * clearance(t.reach, e1, e2);
   const auto sample = sample_surface_direction(origin, normal, targets, u.second(), v[2]);
   if (!sample) return std::nullopt;
   const float weight = 2 * sample->cos_over_pdf * static_cast<float>(t.area) / set.choice.probability(i);
@@ -506,7 +513,7 @@ std::optional<PhotonStart> Lights::emit(const Distribution& lights, const Target
 namespace {
 
 Vec2 direction_to_map(Vec3 d) {
-  return {0.5f - std::atan2(d.y, d.x) / (2 * kPi), 0.5f + std::atan2(d.z, std::hypot(d.x, d.y)) / kPi};
+  return {0.5f - std::atan2(d.y, d.x) / (2 * kPi), 0.5f + std::atan2(d.z, std::sqrt(d.x * d.x + d.y * d.y)) / kPi};
 }
 
 Vec3 map_to_direction(Vec2 uv) {

@@ -24,7 +24,8 @@ struct DirectSample {
   float pdf = 0;       // solid angle, choice of the light included; for lamps without size only the choice
   bool delta = false;  // cannot be met by chance
   bool casts_shadow = true;
-  bool on_surface = false;  // the light is itself something that a shadow ray would meet
+  // Where the light is itself a surface that a shadow ray would meet, the ray must end here, just short of it.
+  std::optional<Vec3> end;
 };
 
 // Radiance along a ray that could as well have been found by DirectSample with `pdf_solid_angle`.
@@ -43,6 +44,7 @@ struct EmissiveTriangle {
   std::array<Vec3, 3> p;
   std::array<SurfaceAttributes, 3> attributes;
   uint32_t material = 0;
+  float reach = 0;  // see `clearance`
   double area = 0;
 };
 

@@ -55,7 +55,7 @@ uint32_t Materials::add(const SppmMaterialDesc& desc) {
     constexpr float kLargest = 1e30f;
     Closure closure{type, c.flags, param(c.weight, where + " weight", kLargest), param(c.color, where + " color", kLargest),
                     param(c.color2, where + " color2", kLargest), param(c.roughness, where + " roughness", 1), c.ior};
-    const bool has_ior = type == SPPM_DIELECTRIC || type == SPPM_COAT;
+    const bool has_ior = type == SPPM_DIELECTRIC || type == SPPM_COAT || (type == SPPM_CONDUCTOR && c.flags & SPPM_CLOSURE_EDGE_BY_IOR);
     require(!has_ior || (std::isfinite(c.ior) && c.ior > 0), where + ": ior must be finite and above 0");
     if (c.flags & SPPM_CLOSURE_PRESERVE_ENERGY && type != SPPM_DIFFUSE && scatters(type))
       closure.multiple_scattering =
@@ -89,6 +89,8 @@ void Materials::lobes(uint32_t id, const SurfaceAttributes& at, Bsdf& bsdf) cons
       lobe.roughness = roughness;
       lobe.alpha = lobe.diffuse() || square(roughness) < kSmallestAlpha ? 0 : square(roughness);
       lobe.ior = c.ior;
+      lobe.edge_by_ior = c.flags & SPPM_CLOSURE_EDGE_BY_IOR;
+      lobe.separable = c.flags & SPPM_CLOSURE_SEPARABLE;
       lobe.multiple_scattering = lobe.alpha > 0 ? c.multiple_scattering : nullptr;
       lobe.multiple_scattering_inside = c.multiple_scattering_inside;
       lobe.cover = cover;

@@ -56,6 +56,10 @@ class PhotonPath {
       const auto next = sample(lobe, bsdf.at, wi, {w[0], w[1], w[2]}, Transport::kPhoton);
       if (!next) return;
       const Vec3 scattered = beta * next->weight * (share(lobe) / choice.probability[static_cast<size_t>(chosen)]);
+      if (!is_finite(scattered)) {
+        ++counts_.dropped;
+        return;
+      }
       // Absorption ends paths rather than thinning them: those that go on keep their luminance. What is aimed at a target has its
       // reflectance in the choice of the target.
       const float before = luminance(beta), after = luminance(scattered);

@@ -5,9 +5,6 @@
 namespace sppm {
 namespace {
 
-// A hit point computed from barycentrics is off its plane by a few roundings of the coordinates and edges it was made of, and Embree's
-// own test by a few more; this many units in the last place of the largest of them are beyond both.
-constexpr float kOffsetUlps = 16 * 0x1p-23f;
 // A large mesh is taken in so many runs of triangles, neighbours in most meshes, when it is looked for what throws caustics.
 constexpr size_t kCasterRuns = 4096;
 
@@ -49,14 +46,13 @@ void Scene::set_camera(const SppmCameraDesc& desc) {
   has_camera_ = true;
 }
 
-// A mesh that one instance uses is moved to world space: a ray is then not transformed on its way. An instance that is squeezed flat gets
-// its own copy for that, for no ray can be transformed back into it.
+// A mesh that one instance uses is moved to world space: a ray is then not transformed on its way. An instance that is squeezed flat,
+// or nearly so, gets its own copy for that, for no ray can be transformed back into it.
 void Scene::move_single_meshes() {
   std::vector<uint32_t> uses(meshes_.size(), 0);
   for (const Instance& i : instances_) ++uses[i.mesh];
   for (Instance& i : instances_) {
-    const bool flat = i.transform.determinant() == 0;
-    if (uses[i.mesh] != 1 && !flat) continue;
+    if (uses[i.mesh] != 1 && can_be_instanced(i.transform)) continue;
     if (uses[i.mesh] != 1) {
       meshes_.push_back(std::make_unique<Mesh>(*meshes_[i.mesh]));
       i.mesh = static_cast<uint32_t>(meshes_.size() - 1);
@@ -78,7 +74,8 @@ void Scene::collect_emitters(Instance& instance) {
     const uint32_t material = instance.materials[mesh.slot(t)];
     if (!materials.emits(material)) continue;
     instance.light_triangles[t] = static_cast<uint32_t>(triangles.size());
-    triangles.push_back({vertices(instance, t), {attributes(mesh, t, 0, 0), attributes(mesh, t, 1, 0), attributes(mesh, t, 0, 1)}, material});
+    triangles.push_back({vertices(instance, t), {attributes(mesh, t, 0, 0), attributes(mesh, t, 1, 0), attributes(mesh, t, 0, 1)}, material,
+                         reach(instance, t)});
   }
   if (!triangles.empty()) instance.light = lights.add_triangles(std::move(triangles));
 }
@@ -140,6 +137,13 @@ std::array<Vec3, 3> Scene::vertices(const Instance& instance, uint32_t triangle)
   return v;
 }
 
+float Scene::reach(const Instance& instance, uint32_t triangle) const {
+  const Mesh& mesh = *meshes_[instance.mesh];
+  float largest = 0;
+  for (const uint32_t index : mesh.indices[triangle]) largest = std::max(largest, instance.transform.reach(mesh.positions[index]));
+  return largest;
+}
+
 SurfaceAttributes Scene::attributes(const Mesh& mesh, uint32_t triangle, float u, float v) const {
   SurfaceAttributes at;
   if (mesh.uvs.empty() && mesh.colors.empty()) return at;
@@ -165,7 +169,7 @@ std::optional<SurfacePoint> Scene::intersect(const Ray& ray) const {
   SurfacePoint s;
   s.p = v[0] * (1 - hit->u - hit->v) + v[1] * hit->u + v[2] * hit->v;
   s.ng = l > 0 ? normal / (instance.flip ? -l : l) : -ray.direction;
-  s.offset = kOffsetUlps * (max_component(abs(s.p)) + max_component(max(abs(e1), abs(e2))));
+  s.offset = clearance(instance.identity ? max_component(abs(s.p)) : reach(instance, hit->triangle), e1, e2);
   s.ns = s.ng;
   if (!mesh.normals.empty()) {
     const auto& c = mesh.corners[hit->triangle];
@@ -185,14 +189,14 @@ Vec3 Scene::transmittance(Ray ray, uint64_t& rays) const {
   ++rays;
   if (!has_transparent_) return accel_.occluded(ray) ? Vec3{} : Vec3{1, 1, 1};
   Vec3 left{1, 1, 1};
+  const Vec3 direction = ray.direction, end = ray.origin + ray.direction * ray.far;
   for (int i = 0; i < kMostPasses; ++i) {
     const auto s = intersect(ray);
     if (!s) return left;
     left *= transparency(*s);
     if (is_black(left)) return {};
-    const float gone = dot(s->p - ray.origin, ray.direction);
-    ray = s->spawn(ray.direction, ray.far - gone);
-    if (!(ray.far > 0)) return left;
+    ray = std::isfinite(ray.far) ? s->spawn_to(end) : s->spawn(direction);
+    if (dot(ray.direction, direction) <= 0) return left;  // the surface is where the ray ends
     ++rays;
   }
   return {};

@@ -39,8 +39,8 @@ const SppmSettings& checked(const SppmSettings& s) {
 // Photons and camera paths should take about the same time; beyond these shares of the pixels neither helps the other.
 constexpr double kFewestPhotons = 1.0 / 16, kMostPhotons = 16;
 
-// Other indirect light varies slowly, so its disks may hold more photons than those of caustics, and need not get as small.
-constexpr double kIndirectPhotons = 100, kIndirectNarrowest = 2;
+// Other indirect light reaches nearly every pixel, so few photons in a disk only mean that it is weak there: no reason to look farther.
+constexpr double kIndirectWidest = 3;
 
 // AUTO: photons serve where most pixels find this many of them in their first disk.
 constexpr double kEnoughPhotons = 3, kEnoughPixels = 0.6;
@@ -128,7 +128,7 @@ void Session::iterate(SppmProgress& done) {
   }
   const Stopwatch watch(done.seconds_gather);
   shrink_ *= RadiusRule::step(iteration_ + 1, settings_.gamma);
-  film_.update(samples_, maps_, rules(batches), scene_->camera.region_width, threads_);
+  done.dropped_samples += film_.update(samples_, maps_, rules(batches), scene_->camera.region_width, threads_);
   if (iteration_ == 0) plan_budget(camera, batches, counts);
   ++iteration_;
   for (const PhotonBatch& b : batches) emitted_[static_cast<size_t>(b.emission)] += b.count, done.photons_emitted += b.count;
@@ -151,8 +151,7 @@ PhotonRules Session::rules(std::span<const PhotonBatch> batches) const {
     rule.shrink = shrink_;
     rule.pixels = scene_->camera.region_width * scene_->camera.region_height;
   }
-  rules.radius[kIndirect].wanted = kIndirectPhotons;
-  rules.radius[kIndirect].narrowest = kIndirectNarrowest;
+  rules.radius[kIndirect].widest = kIndirectWidest;
   return rules;
 }
 

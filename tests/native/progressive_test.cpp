@@ -144,3 +144,36 @@ TEST_CASE("a million iterations lose no digits that matter") {
   CHECK(e.radiance_sum[0] / static_cast<double>(sum) == doctest::Approx(1).epsilon(1e-9));
   CHECK(M_PI * e.radius * e.radius / static_cast<double>(area) == doctest::Approx(1).epsilon(1e-9));
 }
+
+TEST_CASE("the same million iterations in float go wrong") {
+  // Why the sums of a pixel are double: a constant light, and photons that bring as much whatever the radius.
+  PhotonEstimate exact = start(1);
+  float radius = 1, count = 0, photons = 0, constant = 0;
+  double exact_constant = 0;
+  constexpr int n = 1000000;
+  for (int i = 0; i < n; ++i) {
+    const float m = static_cast<float>(1 + i % 3), phi = m * 0.37f, light = 0.1f;
+    exact.update(static_cast<uint64_t>(m), {phi, 0, 0}, 1, kSeed, 1, 0);
+    photons += phi / (kPi * radius * radius);
+    radius *= std::sqrt((count + 2.0f / 3 * m) / (count + m));
+    count += 2.0f / 3 * m;
+    constant += light, exact_constant += static_cast<double>(light);
+  }
+  const double photons_error = static_cast<double>(photons) / exact.radiance_sum[0] - 1;
+  const double constant_error = static_cast<double>(constant) / exact_constant - 1;
+  MESSAGE("in float the photons' radiance is off by " << photons_error << ", a constant light by " << constant_error);
+  CHECK(std::abs(constant_error) > 1e-3);
+  CHECK(exact_constant / n == doctest::Approx(0.1).epsilon(1e-7));
+}
+
+TEST_CASE("counts go past 2^32") {
+  PhotonEstimate e = start(0.5);
+  const RadiusRule r = rule(SPPM_RADIUS_PROGRESSIVE, 0.75);
+  const uint64_t many = (uint64_t{1} << 32) + 1000;
+  e.update(many, {1, 0, 0}, many, r, 1, 0);
+  CHECK(e.count == doctest::Approx(0.75 * static_cast<double>(many)).epsilon(1e-12));
+  e.update(1, {}, many, r, 1, 0);
+  CHECK(e.count == doctest::Approx(0.75 * static_cast<double>(many) + 0.75).epsilon(1e-15));
+  const uint64_t iterations = uint64_t{5} << 40;
+  CHECK(radiance(e, iterations) == doctest::Approx(1 / (M_PI * 0.25 * static_cast<double>(iterations))).epsilon(1e-6));
+}

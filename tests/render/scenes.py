@@ -6,10 +6,11 @@ the seeds tells, plus what a test states and gives reasons for; `precision` is t
 
 import numpy as np
 from sppm import native, scene_desc
-from sppm.scene_desc import ClosureDesc, ClosureType, LightType, Param
+from sppm.scene_desc import ClosureDesc, ClosureType, LightFlags, LightType, Param
 
 SIGMAS = 4
 FLOAT_ROUNDING = 2e-5  # of float32 along a path
+SPLITS = [dict()]  # settings that share out the light between the estimators, one each: all must show the same
 
 IDENTITY = np.eye(3, 4)
 DOWN = IDENTITY  # a light at the origin that shines along -z
@@ -101,6 +102,11 @@ def glass(ior=1.5, roughness=0.0, flags=scene_desc.ClosureFlags.NONE):
     return ClosureDesc(ClosureType.DIELECTRIC, flags=flags, roughness=Param(grey(roughness)), ior=ior)
 
 
+def mirror(reflectance):
+    """The same from all directions."""
+    return ClosureDesc(ClosureType.CONDUCTOR, color=Param(grey(reflectance)), color2=Param(grey(reflectance)))
+
+
 # ---------------------------------------------------------------- scenes
 
 
@@ -134,6 +140,20 @@ class Scene:
     def above(self, z, half, x=0.0, size=8):
         """Sees the square of half width `half` around (x, 0) of the floor, all pixels straight from above."""
         return self.camera(at(x, 0, z), half, size, projection=scene_desc.Projection.ORTHOGRAPHIC)
+
+
+def furnished_room():
+    """Walls, a ball and a block of diffuse white, a ball of glass with its caustic, an area lamp.
+
+    The lamp's rare glints in the glass, which no short render meets, would hide all else: it is hidden from specular rays.
+    """
+    scene = Scene().add(box((-1, -1, -1), (1, 1, 1)), diffuse(0.6))
+    for center, material in (((0.4, 0.2, -0.5), glass()), ((-0.5, 0.3, -0.6), diffuse(0.7))):
+        shape = sphere(0.35, center, divisions=4)
+        scene.add(shape, material, normals=((shape[0] - center) / 0.35).astype(np.float32))
+    scene.add(box((-0.3, -0.3, -1), (0.1, 0, -0.7)), diffuse(0.7))
+    scene.light(LightType.RECTANGLE, at(-0.2, 0, 0.95), 50, size_x=0.1, size_y=0.1, flags=LightFlags.HIDDEN_FROM_SPECULAR)
+    return scene.camera(look_at((0, -0.95, 0.1), (0, 0.4, -0.4)), 0.8, 32)
 
 
 def render(scene, *passes, iterations=4, threads=0, **settings):
@@ -170,6 +190,17 @@ def check(values, expected, precision=0.01, bias=0.0):
     assert error <= precision * expected, f"the standard error {error:.3g} is too large to test {expected:.6g}"
     tolerance = SIGMAS * error + (bias + FLOAT_ROUNDING) * expected
     assert abs(values.mean() - expected) <= tolerance, f"{values.mean():.6g}, expected {expected:.6g} within {tolerance:.2g}"
+
+
+def student_limit(count, dof, false_alarm=1e-3):
+    """What none of `count` deviations exceeds but with the probability given, each in standard errors of a mean of dof + 1 values.
+
+    The quantile of Student's distribution, by the midpoint rule in angle: t = sqrt(dof) tan(a) has the density cos(a)^(dof - 1).
+    """
+    angle = (np.arange(1_000_000) + 0.5) / 1_000_000 * np.pi / 2
+    tail = np.cumsum(np.cos(angle[::-1]) ** (dof - 1))
+    tail /= tail[-1]
+    return np.sqrt(dof) * np.tan(angle[::-1][np.searchsorted(tail, false_alarm / count)])
 
 
 # ---------------------------------------------------------------- optics

@@ -1,8 +1,8 @@
-"""Light through glass and water against Fresnel's formulas and against a path tracer of the test's own."""
+"""Light through glass and water against Fresnel's formulas."""
 
 import numpy as np
 import pytest
-from scenes import DOWN, Scene, at, box, check, diffuse, floor, fresnel, glass, means, render, slab_transmittance, sphere, sun_frame
+from scenes import DOWN, Scene, at, box, check, diffuse, floor, fresnel, glass, means, slab_transmittance, sphere, sun_frame
 from sppm.scene_desc import ClosureFlags, LightType
 
 RHO = 0.5
@@ -96,78 +96,6 @@ def test_rough_glass_gives_its_energy_back(roughness):
     scene = Scene(world=1).add(sphere(1, divisions=3), material).camera(at(0, 0, 3), 0.2)
     found = means(scene, "Combined", iterations=64, photons_per_iteration=1, max_depth=1024)
     check(found, 1, bias=0.02)
-
-
-# ---------------------------------------------------------------- the caustic of a ball
-
-
-def traced_ball_caustic(rng, count, radius, height, ior):
-    """Where light of a vertical sun that enters a ball meets the floor below it: distances from the axis and weights.
-
-    A Monte Carlo tracer of its own, with analytic spheres. The weights are [W] at irradiance 1 and sum to what arrives.
-    """
-    r, phi = radius * np.sqrt(rng.random(count)), 2 * np.pi * rng.random(count)
-    p = np.stack([r * np.cos(phi), r * np.sin(phi), np.sqrt(radius**2 - r**2)], axis=1)  # relative to the ball's centre
-    d = np.broadcast_to([0.0, 0.0, -1.0], p.shape).copy()
-    distances = []
-    inside = np.zeros(count, bool)
-    for _ in range(64):  # what is left then is trapped at grazing angles
-        n = p / radius * np.where(inside, -1, 1)[:, None]  # against the ray
-        eta = np.where(inside, 1 / ior, ior)
-        cos_i = -(d * n).sum(1)
-        reflect = rng.random(len(p)) < fresnel(cos_i, eta)
-        cos_t = np.sqrt(np.maximum(0, 1 - (1 - cos_i**2) / eta**2))
-        reflected = d + 2 * cos_i[:, None] * n
-        refracted = d / eta[:, None] + (cos_i / eta - cos_t)[:, None] * n
-        d = np.where(reflect[:, None], reflected, refracted)
-        inside = inside ^ ~reflect
-        out = ~inside
-        falling = out & (d[:, 2] < 0)
-        t = (-height - p[falling, 2]) / d[falling, 2]
-        distances.append(np.hypot(*(p[falling] + t[:, None] * d[falling])[:, :2].T))
-        p, d = p[inside], d[inside]
-        p = p - 2 * (p * d).sum(1, keepdims=True) * d  # the other end of the chord
-        inside = np.ones(len(p), bool)
-    return np.concatenate(distances), np.pi * radius**2 / count
-
-
-def test_caustic_of_a_ball_in_rings():
-    """Irradiance in rings around the axis, as the renderer and as the test's tracer have it.
-
-    What the search radius r blurs is bounded by the change that a shift of all hits by r in or out makes to a ring.
-    """
-    radius, height, search, size = 0.5, 0.6, 0.012, 64
-    edges = np.array([0.0, 0.1, 0.2, 0.35])
-    shape = sphere(radius, (0, 0, height), divisions=6)
-    normals = ((shape[0] - [0, 0, height]) / radius).astype(np.float32)
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    scene = Scene().add(floor(1.2), diffuse(RHO)).add(shape, glass(IOR), normals=normals).light(LightType.SUN, DOWN, 1)
-    scene.above(0.09, 0.5, size=size)
-    x, y = np.meshgrid(*[(np.arange(size) + 0.5) / size - 0.5] * 2)
-    ring = np.digitize(np.hypot(x, y), edges) - 1
-    rows = []
-    for seed in range(6):
-        picture = render(scene, "Caustics", iterations=6, photons_per_iteration=60000, initial_radius=search, seed=seed, max_depth=64,
-                         pixel_filter="BOX", filter_width=1.0)[..., 0] * np.pi / RHO
-        rows.append([picture[ring == i].mean() for i in range(len(edges) - 1)])
-    rows = np.array(rows)
-
-    areas = np.bincount(ring.ravel())[:len(edges) - 1] / size**2
-    rng = np.random.default_rng(5)
-    hits, weight = traced_ball_caustic(rng, 2_000_000, radius, height, IOR)
-    phi = 2 * np.pi * rng.random(len(hits))
-
-    def profile(distances):
-        """The same pixels as the picture's, so that rings of pixels are compared with rings of pixels."""
-        counts = np.histogram2d(distances * np.sin(phi), distances * np.cos(phi), size, [(-0.5, 0.5)] * 2)[0]
-        return np.array([counts[ring == i].sum() for i in range(len(areas))]) * weight / areas
-
-    expected = profile(hits)
-    blur = np.maximum(abs(profile(np.abs(hits - search)) - expected), abs(profile(hits + search) - expected))
-    for i in range(len(areas)):
-        check(rows[:, i], expected[i], precision=0.02, bias=blur[i] / expected[i])
-    inner = areas / areas.sum()
-    check(rows @ inner, expected @ inner, bias=0.02)
 
 
 # ---------------------------------------------------------------- water

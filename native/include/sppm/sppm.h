@@ -89,7 +89,8 @@ typedef enum SppmExtension { SPPM_REPEAT = 0, SPPM_EXTEND = 1, SPPM_CLIP = 2, SP
 typedef enum SppmBlend { SPPM_BLEND_MIX = 0, SPPM_BLEND_MULTIPLY = 1, SPPM_BLEND_ADD = 2, SPPM_BLEND_SUBTRACT = 3,
   SPPM_BLEND_SCREEN = 4, SPPM_BLEND_DIFFERENCE = 5, SPPM_BLEND_DARKEN = 6, SPPM_BLEND_LIGHTEN = 7 } SppmBlend;
 
-/* A colour that varies over a surface. A texture may refer to textures added before it, so there are no cycles. */
+/* A colour that varies over a surface. A texture may refer to textures added before it, so there are no cycles; it may rest on 255 of
+ * them, directly or through others. */
 typedef struct SppmTextureDesc {
   uint64_t struct_size;
   uint32_t type; /* SppmTextureType */
@@ -120,7 +121,10 @@ typedef enum SppmClosureFlags {
   SPPM_CLOSURE_RETRO = 1,           /* DIFFUSE: Disney's retro-reflective diffuse instead of Lambert */
   SPPM_CLOSURE_PRESERVE_ENERGY = 2, /* rough DIELECTRIC, CONDUCTOR, COAT: give back what multiple scattering loses */
   SPPM_CLOSURE_ATTENUATE = 4,       /* COAT: closures after it get what its albedo leaves, not their full weight */
-  SPPM_CLOSURE_REFRACTION_ONLY = 8 /* DIELECTRIC: all transmission, no Fresnel reflection (Blender's Refraction BSDF) */
+  SPPM_CLOSURE_REFRACTION_ONLY = 8, /* DIELECTRIC: all transmission, no Fresnel reflection (Blender's Refraction BSDF) */
+  SPPM_CLOSURE_EDGE_BY_IOR = 16, /* CONDUCTOR: goes from `color` to `color2` as a dielectric of index `ior` does, not as Schlick has it */
+  SPPM_CLOSURE_SEPARABLE = 32 /* rough DIELECTRIC, CONDUCTOR, COAT as in Cycles before 4.0: masking and shadowing are independent, and
+                                 the shares of reflection and transmission are those at the shading normal toward the camera's side */
 } SppmClosureFlags;
 
 typedef struct SppmClosureDesc {
@@ -131,7 +135,7 @@ typedef struct SppmClosureDesc {
   SppmParam color;     /* see the type */
   SppmParam color2;    /* see the type */
   SppmParam roughness; /* 0 to 1; the microfacet alpha is its square (GGX) */
-  float ior;           /* DIELECTRIC and COAT: > 0 */
+  float ior;           /* DIELECTRIC, COAT, and CONDUCTOR with EDGE_BY_IOR: > 0 */
 } SppmClosureDesc;
 
 /* The sum of its closures; without any it is black. */

@@ -1,0 +1,24 @@
+"""The error of every scene of blend_scenes falls with the number of photons, in each region of the picture that it has."""
+
+from pathlib import Path
+
+import consistency
+import export_scenes
+import make_scenes
+import numpy as np
+import pytest
+
+FILES = sorted(Path(make_scenes.__file__).parent.glob("*.blend"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_error_falls_everywhere(file):
+    """About N^(-1/3), see tests/render/test_consistency.py.
+
+    Where most is seen straight or in mirrors and glass, the errors of well spread samples fall faster: up to N^(-1).
+    """
+    found = consistency.measure(export_scenes.exported(file, size=64), first=4)
+    for region, errors in found.errors.items():
+        assert all(np.diff(errors[1:]) < 0), region  # before that the first radius decides
+        assert -1 < found.slope(region) < -0.2, f"{region}: {found.slope(region):.2f}"
