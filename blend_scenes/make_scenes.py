@@ -315,12 +315,14 @@ def sun_glass():
     add_camera((0.02, -0.42, 0.27), (-0.01, -0.012, 0.033), lens=50.0)
 
 
-def add_goblet(material):
-    """A wine glass of solid glass, 13 cm high: up the outside, down the inside."""
+def add_goblet(material, height=0.13):
+    """A wine glass of solid glass: up the outside, down the inside of one 13 cm high, then scaled to `height`."""
     outside = [(0.0, 0.0), (0.02, 0.0), (0.030, 0.001), (0.0305, 0.0025), (0.018, 0.005), (0.006, 0.010), (0.0038, 0.02)]
     outside += [(0.0036, 0.045), (0.006, 0.056), (0.019, 0.064), (0.030, 0.08), (0.032, 0.098), (0.0272, 0.129)]
     inside = [(0.0264, 0.130), (0.0256, 0.129), (0.0303, 0.098), (0.0283, 0.081), (0.0175, 0.066), (0.007, 0.0605), (0.0, 0.06)]
-    return add_lathe("Goblet", round_profile(outside + inside), material, segments=96)
+    scale = height / 0.13
+    profile = [(scale * radius, scale * z) for radius, z in round_profile(outside + inside)]
+    return add_lathe("Goblet", profile, material, segments=96)
 
 
 def instances():
@@ -490,6 +492,28 @@ def sky_pixels(width=256, height=128):
     return pixels.astype(np.float32)
 
 
+def wineglass_hdri():
+    scene = start_scene()
+    light_by_image(scene.world, pack_image("Clear sky", clear_sky_pixels(), is_float=True), turn=0)
+    add_floor(10.0, diffuse("Floor", (0.55, 0.53, 0.5)))
+    add_goblet(glass("Glass"), height=0.15).location.z = 0.0002
+    add_camera((0.02, -0.45, 0.33), (-0.045, 0.03, 0.042), lens=50.0)
+
+
+def clear_sky_pixels(width=1024, height=512):
+    """A cloudless sky as radiance, latitude by longitude: one colour a row, and a sun of 1 degree that outshines it."""
+    latitude = (np.arange(height) + 0.5) / height * math.pi - math.pi / 2
+    longitude = (np.arange(width) + 0.5) / width * 2 * math.pi - math.pi
+    lon, lat = np.meshgrid(longitude, latitude)
+    haze = np.exp(-4.0 * np.clip(np.sin(lat), 0, 1))[..., None]
+    sky = 0.12 * np.array((0.35, 0.6, 1.0)) + 0.1 * haze * np.array((1.0, 0.98, 0.95))
+    pixels = np.where((lat < 0)[..., None], np.array((0.06, 0.055, 0.05)), sky)
+    sun_lat, sun_lon = math.radians(42), math.radians(-35)
+    cosine = np.sin(lat) * math.sin(sun_lat) + np.cos(lat) * math.cos(sun_lat) * np.cos(lon - sun_lon)
+    pixels[cosine > math.cos(math.radians(0.5))] = (8800.0, 8300.0, 7500.0)
+    return pixels.astype(np.float32)
+
+
 def light_by_image(scene_world, image, turn):
     """An equirectangular image as the world's light, turned about z by degrees."""
     nodes, links = scene_world.node_tree.nodes, scene_world.node_tree.links
@@ -504,7 +528,7 @@ def light_by_image(scene_world, image, turn):
     links.new(texture.outputs["Color"], nodes["Background"].inputs["Color"])
 
 
-SCENES = (cornell_glass, cornell_diffuse, ring, pool, sun_glass, instances, dof_ortho, world)
+SCENES = (cornell_glass, cornell_diffuse, ring, pool, sun_glass, instances, dof_ortho, world, wineglass_hdri)
 
 
 def main(names):

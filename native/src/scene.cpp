@@ -1,5 +1,8 @@
 #include "scene.h"
 
+#include <algorithm>
+#include <iterator>
+
 #include "status.h"
 
 namespace sppm {
@@ -8,8 +11,19 @@ namespace {
 // The plane of a needle, whose edges are nearly parallel, is known worse by the ratio of their product to its area; beyond the last
 // ratio it is not known at all.
 constexpr float kNeedleUlps = 2 * 0x1p-23f, kLargestNeedle = 1e4f;
-// A large mesh is taken in so many runs of triangles, neighbours in most meshes, when it is looked for what throws caustics.
-constexpr size_t kCasterRuns = 4096;
+// A mesh is taken in the cells of a grid with so many to each axis of its box when it is looked for what throws caustics.
+constexpr int kCasterCells = 16;
+
+// Which cell of that grid holds a point of the box.
+size_t caster_cell(const Bounds& box, Vec3 p) {
+  size_t cell = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float size = box.hi[axis] - box.lo[axis];
+    const float place = size > 0 ? (p[axis] - box.lo[axis]) / size * kCasterCells : 0;
+    cell = cell * kCasterCells + static_cast<size_t>(std::clamp(static_cast<int>(place), 0, kCasterCells - 1));
+  }
+  return cell;
+}
 
 Bounds transformed(const Bounds& b, const Affine& transform) {
   Bounds result;
@@ -111,17 +125,18 @@ void Scene::collect_casters(const Instance& instance, std::vector<Caster>& caste
     casters.push_back({transformed(mesh.bounds, instance.transform), strongest});
     return;
   }
-  const size_t run = mesh.indices.size() / kCasterRuns + 1;
-  for (size_t begin = 0; begin < mesh.indices.size(); begin += run) {
-    Caster caster;
-    for (size_t t = begin; t < std::min(begin + run, mesh.indices.size()); ++t) {
-      const float strength = materials.caster_strength(instance.materials[mesh.slot(static_cast<uint32_t>(t))]);
-      if (strength == 0) continue;
-      for (const uint32_t vertex : mesh.indices[t]) caster.bounds.add(mesh.positions[vertex]);
-      caster.strength = std::max(caster.strength, strength);
-    }
-    if (caster.strength > 0) casters.push_back(caster);
+  // By place and not by index: where the rows of a sheet follow each other, one end is next to the other.
+  std::vector<Caster> cells(kCasterCells * kCasterCells * kCasterCells);
+  for (size_t t = 0; t < mesh.indices.size(); ++t) {
+    const float strength = materials.caster_strength(instance.materials[mesh.slot(static_cast<uint32_t>(t))]);
+    if (strength == 0) continue;
+    Bounds triangle;
+    for (const uint32_t vertex : mesh.indices[t]) triangle.add(mesh.positions[vertex]);
+    Caster& cell = cells[caster_cell(mesh.bounds, triangle.center())];
+    cell.bounds.add(triangle);
+    cell.strength = std::max(cell.strength, strength);
   }
+  std::copy_if(cells.begin(), cells.end(), std::back_inserter(casters), [](const Caster& c) { return c.strength > 0; });
 }
 
 void Scene::commit(const Threads& threads) {

@@ -1,0 +1,119 @@
+"""Converged pictures, what their own error is, and a file that keeps them.
+
+A reference is ours with small radii and many iterations: nothing else here finds every scene's caustics. It is rendered twice
+with different seeds; the difference tells its noise, which `measure` subtracts. A coarser pair tells the bias of its radius.
+"""
+
+import hashlib
+import json
+
+import numpy as np
+from environment import OUT, ROOT
+from measure import REGIONS, Reference, caustic_mask
+from sppm import native, scene_desc
+from variants import REFERENCE
+
+_SEEDS = (1_000_001, 1_000_002)
+_RADIUS_PIXELS = 0.5  # the first radius, in footprints of a pixel at the median depth
+_COARSE = 2.0  # the first radius of the coarse pair, over that
+_COARSE_TIME = 0.25  # its time over that of a half
+
+
+def reference(name, blend, desc, seconds, threads):
+    """The scene's reference, from the file if the scene and all settings are what they were.
+
+    Args:
+        blend: the scene's file; its content is part of the key.
+        desc: the same scene, exported at the benchmark's resolution.
+        seconds: of wall time for each half.
+
+    Returns:
+        (Reference, dict of `iterations` of both halves together and, for each region, of `noise_REGION` and `bias_REGION`).
+    """
+    settings = {**REFERENCE, "seconds": seconds, "width": desc.camera.width, "height": desc.camera.height,
+                "radius_pixels": _RADIUS_PIXELS}
+    key = hashlib.sha256(blend.read_bytes() + json.dumps(settings, sort_keys=True).encode()).hexdigest()[:16]
+    path = OUT / "references" / f"{name}-{key}.npz"
+    if not path.exists():
+        print(f"rendering the reference of {name}: {2 * (1 + _COARSE_TIME) * seconds:.0f} s", flush=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        pictures = _render_all(desc, seconds, threads)
+        (path.parent / f"{path.stem}.json").write_text(json.dumps({"file": str(blend.relative_to(ROOT)), **settings}, indent=1))
+        np.savez(path, **pictures)
+    return _judged(dict(np.load(path)))
+
+
+def _judged(pictures):
+    halves = pictures["combined"]
+    result = Reference(tuple(halves), caustic_mask(halves.mean(0), pictures["caustics"].mean(0)))
+    noise, bias = result.noise(), _squared_bias(result, pictures)
+    told = {"iterations": int(pictures["iterations"].sum())}
+    for region in REGIONS:
+        inside = result.region(region)
+        for kind, errors in (("noise", noise), ("bias", bias)):
+            told[f"{kind}_{region}"] = float(errors[inside].mean()) if inside.any() else float("nan")
+    told["caustic_share"] = float(result.caustic.mean())
+    return result, told
+
+
+def _squared_bias(result, pictures):
+    """Estimate of the squared relative bias of each pixel, (height, width), noisy and of either sign.
+
+    Bias grows with the square of the radius. The coarse pair's is therefore k^2 times ours, k the ratio of radii, and the product
+    of two independent differences between coarse and fine has no noise of its own in the mean.
+    """
+    fine, coarse = pictures["radius"].mean(0), pictures["coarse_radius"].mean(0)
+    found = (fine > 0) & (coarse > 0)
+    if not found.any():
+        return np.zeros_like(fine)  # nothing here was found by photons
+    ratio = np.median(coarse[found] / fine[found])
+    scale = result.picture**2 + 0.01 * result.picture.mean() ** 2
+    first, second = pictures["coarse"] - pictures["combined"]
+    return (first * second / scale).mean(-1) / (ratio**2 - 1) ** 2
+
+
+def _render_all(desc, seconds, threads):
+    """Both halves of both pairs; arrays of (2, height, width, channels)."""
+    radius = _RADIUS_PIXELS * _footprint(desc)
+    fine = [_render(desc, radius, seconds, threads, seed) for seed in _SEEDS]
+    coarse = [_render(desc, _COARSE * radius, _COARSE_TIME * seconds, threads, seed + 2) for seed in _SEEDS]
+    return {"combined": np.stack([half["Combined"][..., :3] for half in fine]),
+            "caustics": np.stack([half["Caustics"] for half in fine]),
+            "radius": np.stack([half["Radius"][..., 0] for half in fine]),
+            "coarse": np.stack([half["Combined"][..., :3] for half in coarse]),
+            "coarse_radius": np.stack([half["Radius"][..., 0] for half in coarse]),
+            "iterations": np.array([half["iterations"] for half in fine])}
+
+
+def _render(desc, radius, seconds, threads, seed):
+    passes = frozenset(("Combined", "Caustics", "Radius"))
+    settings = native.Settings(**REFERENCE, iterations=2**62, time_limit=seconds, initial_radius=radius, seed=seed,
+                               threads=threads, passes=passes)
+    with native.Scene(desc, threads) as scene, native.Session(scene, settings) as session:
+        while not session.progress().finished:
+            session.step()
+        return {**{name: session.read_pass(name) for name in passes}, "iterations": session.progress().iteration}
+
+
+def _footprint(desc):
+    """Width of a pixel at the median depth of what the camera sees, metres."""
+    camera = desc.camera
+    width = (camera.window[1] - camera.window[0]) / camera.width
+    if camera.projection == scene_desc.Projection.ORTHOGRAPHIC:
+        return width
+    settings = native.Settings(iterations=1, passes=frozenset(("Combined", "Depth")))
+    with native.Scene(desc) as scene, native.Session(scene, settings) as session:
+        session.step()
+        depth = session.read_pass("Depth")
+    return width * float(np.median(depth[depth < 1e9]))
+
+
+def compare(result, told, first, second):
+    """Squared relative difference in the mean between the reference and another renderer, without either's noise.
+
+    Args:
+        first, second: two independent pictures by that renderer, (height, width, 3).
+    """
+    scale = result.picture**2 + 0.01 * result.picture.mean() ** 2
+    product = ((first - result.picture) * (second - result.picture) / scale).mean()
+    return float(product - told["noise_all"])

@@ -1,0 +1,87 @@
+"""Tables in markdown of what the speed benchmark found."""
+
+from environment import OUT
+from measure import REGIONS, WHERE
+from results import curve, error_at, scenes_of, time_to, variants_of
+from variants import BASE, VARIANTS
+
+
+def write_tables(rows):
+    """speed.md: how much longer others take to the same error, how much larger their error is in the same time, the errors."""
+    longer = f"How many times as long as *{VARIANTS[BASE].label}* until the relMSE (without the worst 0.1 %) that it has after"
+    larger = f"How many times the relMSE (without the worst 0.1 %) that *{VARIANTS[BASE].label}* has in the same time, after"
+    text = ["## Time to the same error\n", longer, *_ratio_table(rows, _time_ratio),
+            "\n## Error in the same time\n", larger, *_ratio_table(rows, _error_ratio),
+            "\n## Errors\n", *_error_table(rows)]
+    (OUT / "speed.md").write_text("\n".join(text) + "\n")
+
+
+def _ratio_table(rows, ratio):
+    """A row for each scene, region and variant, a column for each budget: `ratio(own, points, budget)` of both curves."""
+    budgets = sorted({row["budget"] for row in rows})
+    yield from _table_head(("scene", "where", "variant", *(f"{budget:g} s" for budget in budgets)), texts=3)
+    for scene in scenes_of(rows):
+        for region in REGIONS:
+            column = f"relmse_trimmed_{region}"
+            own = curve(rows, scene, BASE, column)
+            for variant in variants_of(rows):
+                points = curve(rows, scene, variant, column)
+                if own and points and variant != BASE:
+                    ratios = (ratio(own, points, budget) for budget in budgets)
+                    yield _row((scene, WHERE[region], VARIANTS[variant].label, *ratios))
+
+
+def _time_ratio(own, points, budget):
+    mine = _at(own, budget)
+    if mine is None:
+        return "-"
+    if mine.error <= 0:
+        return "below noise"
+    seconds, beyond = time_to(points, mine.error)
+    return f"{beyond} {seconds / mine.seconds:.2g}".strip()
+
+
+def _error_ratio(own, points, budget):
+    theirs = _at(points, budget)
+    mine = theirs and error_at(own, theirs.seconds)
+    return f"{theirs.error / mine:.2g}" if mine else "-"
+
+
+def _at(points, budget):
+    return next((point for point in points if point.budget == budget), None)
+
+
+def _error_table(rows):
+    yield "relMSE without the worst 0.1 %: median (least to largest) of the repeats; HDR FLIP: median."
+    yield from _table_head(("scene", "variant", "wall s", *WHERE.values(), "FLIP"), texts=2)
+    for scene in scenes_of(rows):
+        for variant in variants_of(rows):
+            curves = [curve(rows, scene, variant, f"relmse_trimmed_{region}") for region in REGIONS]
+            for flip in curve(rows, scene, variant, "flip_all"):
+                errors = (_spread(_at(points, flip.budget)) for points in curves)
+                yield _row((scene, VARIANTS[variant].label, f"{flip.seconds:.1f}", *errors, f"{flip.error:.4f}"))
+
+
+def _spread(point):
+    return f"{point.error:.2e} ({point.low:.1e} to {point.high:.1e})" if point else "-"
+
+
+def _table_head(names, texts):
+    """A table's first lines; the first `texts` columns are text, the others numbers."""
+    return "", _row(names), _row("---" if i < texts else "--:" for i in range(len(names)))
+
+
+def _row(cells):
+    return "| " + " | ".join(map(str, cells)) + " |"
+
+
+def write_references(told):
+    """references.md: how good the references are; `told` maps scenes to what `reference.reference` tells."""
+    kinds = [f"{kind}, {where}" for where in WHERE.values() for kind in ("noise", "bias")]
+    text = ["Relative squared errors of the references themselves; the noise is subtracted from every error, the bias is not.",
+            *_table_head(("scene", "iterations", "caustic pixels", *kinds, "against Cycles"), texts=1)]
+    for scene, values in told.items():
+        errors = (f"{values[f'{kind}_{region}']:.1e}" for region in REGIONS for kind in ("noise", "bias"))
+        cycles = f"{values['cycles']:.1e}" if "cycles" in values else "-"
+        text.append(_row((scene, values["iterations"], f"{values['caustic_share']:.1%}", *errors, cycles)))
+    (OUT / "references.md").write_text("\n".join(text) + "\n")
