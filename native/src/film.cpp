@@ -1,5 +1,6 @@
 #include "film.h"
 
+#include <numbers>
 #include <numeric>
 
 namespace sppm {
@@ -12,6 +13,29 @@ constexpr float kSameSurface = 0.7f;
 constexpr float kSmallestRadiusUlps = 32 * 0x1p-23f;
 
 float smallest_radius(Vec3 p) { return std::max(kSmallestRadiusUlps * max_component(abs(p)), 1e-30f); }
+
+// How much wider than its neighbour's a pixel's disk may be, in footprints a pixel.
+constexpr float kWidening = 0.25f;
+
+// Lowers values to the least of all others plus `slope` a pixel of distance: two sweeps of the chamfer distance transform.
+void spread_least(std::vector<float>& values, uint64_t width, uint64_t height, float slope) {
+  const float diagonal = slope * std::numbers::sqrt2_v<float>;
+  const auto lower = [&](uint64_t i, uint64_t from, float distance) { values[i] = std::min(values[i], values[from] + distance); };
+  const uint64_t last = values.size() - 1;
+  for (const bool back : {false, true}) {
+    // The second sweep is the first in the picture turned by half a turn.
+    const auto at = [&](uint64_t x, uint64_t y) { return back ? last - (y * width + x) : y * width + x; };
+    for (uint64_t y = 0; y < height; ++y)
+      for (uint64_t x = 0; x < width; ++x) {
+        const uint64_t i = at(x, y);
+        if (x > 0) lower(i, at(x - 1, y), slope);
+        if (y == 0) continue;
+        lower(i, at(x, y - 1), slope);
+        if (x > 0) lower(i, at(x - 1, y - 1), diagonal);
+        if (x + 1 < width) lower(i, at(x + 1, y - 1), diagonal);
+      }
+  }
+}
 
 // Sums beta f over the photons within the radius of one visible point.
 class Gatherer {
@@ -46,7 +70,7 @@ class Gatherer {
     return is_finite(phi) ? phi : Vec3{};
   }
   uint32_t count() const { return count_; }
-  uint64_t dropped() const { return dropped_; }
+  uint64_t dropped() const { return dropped_ + !is_finite(sum_ * vp_.weight); }
 
  private:
   const VisiblePoint& vp_;
@@ -120,7 +144,26 @@ uint64_t Film::update(const CameraSamples& samples, const PhotonMaps& maps, cons
       }
     });
   });
+  if (rules.radius[0].rule == SPPM_RADIUS_DENSITY) limit_radii(width);
   return std::accumulate(dropped.begin(), dropped.end(), uint64_t{0});
+}
+
+// A pixel's disk that reaches a bright spot from beside it adds light that the spot's own small disks do not lack. So no disk may be so
+// much wider than one near by that it reaches that one's.
+void Film::limit_radii(uint64_t width) {
+  const uint64_t height = pixels_.size() / width;
+  std::vector<float> radii(pixels_.size());  // in footprints
+  for (size_t kind = 0; kind < kPhotonKinds; ++kind) {
+    for (size_t i = 0; i < radii.size(); ++i) {
+      const Pixel& p = pixels_[i];
+      radii[i] = p.footprint > 0 ? static_cast<float>(p.photons[kind].radius) / p.footprint : kInfinity;
+    }
+    spread_least(radii, width, height, kWidening);
+    for (size_t i = 0; i < radii.size(); ++i) {
+      double& radius = pixels_[i].photons[kind].radius;
+      if (radii[i] < kInfinity) radius = std::min(radius, static_cast<double>(radii[i] * pixels_[i].footprint));
+    }
+  }
 }
 
 void Film::clear() {

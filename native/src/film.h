@@ -48,6 +48,8 @@ class Film {
   uint64_t memory() const;
 
  private:
+  void limit_radii(uint64_t width);
+
   std::vector<Pixel> pixels_;
   std::vector<float> depth_;         // of the first iteration
   std::vector<Vec3> normal_sum_;
