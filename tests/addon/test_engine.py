@@ -1,6 +1,7 @@
 """Pictures as Blender writes them: passes, layers, borders; and what the engine says while it makes them."""
 
 import os
+import re
 import subprocess
 import time
 from pathlib import Path

@@ -82,10 +82,10 @@ STEPS = [pytest.param(kind, place, marks=() if (kind, place) == ("metal", PLACES
 
 @pytest.mark.parametrize("kind, roughness", STEPS)
 def test_a_small_step_changes_little(kind, roughness, tmp_path):
-    """With the same random numbers no block changes by more than 2 %, nor the picture by 0.2 %."""
+    """With the same random numbers no block changes by more than 3 %, nor the picture by 0.2 %."""
     before, after = (statistics_of(our_pictures_of("ball", kind, r, tmp_path), BLOCKS)[0] for r in (roughness, roughness + STEP))
     print(f"step-{kind}-{roughness}: largest change {np.abs(after / before - 1).max():.2%}, mean {after.mean() / before.mean() - 1:.2%}")
-    assert after == pytest.approx(before, rel=0.02)
+    assert after == pytest.approx(before, rel=0.03)
     assert after.mean() == pytest.approx(before.mean(), rel=0.002)
 
 

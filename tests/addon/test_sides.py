@@ -1,7 +1,7 @@
 """Front and back as Cycles has them, and smooth shading on coarse meshes: all light, block by block, with caustics on both sides.
 
 The lamps are so wide that Cycles meets them by chance. An open sheet of glass is not here: what lies behind it lies in glass, and
-Cycles does not scale radiance there. Photons are gathered within a third of a pixel, so that what a kernel loses at
+Cycles does not scale radiance there. Photons are gathered within an eighth of a pixel, so that what a kernel loses at
 edges is below the noise.
 """
 
@@ -22,8 +22,8 @@ GREY, RED = (0.5, 0.5, 0.5), (0.7, 0.2, 0.1)
 def stage():
     """A floor and a wall behind it, dim sky."""
     scene = blender_scene.start(SIZE, SIZE, SAMPLES, world=(0.05, 0.06, 0.08))
-    scene.sppm.photons_per_iteration = 16 * SIZE * SIZE
-    scene.sppm.initial_radius = 0.02
+    scene.sppm.photons_per_iteration = 32 * SIZE * SIZE
+    scene.sppm.initial_radius = 0.01
     make_scenes.add_floor(3.0, make_scenes.diffuse("Floor", GREY))
     make_scenes.add_quad("Wall", (-1.5, 1.5, 0), (1.5, 1.5, 0), (1.5, 1.5, 2), (-1.5, 1.5, 2), make_scenes.diffuse("Wall", GREY))
     make_scenes.add_camera((0.2, -3.4, 1.8), (0, 0.2, 0.5), lens=50)
