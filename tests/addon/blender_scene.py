@@ -46,3 +46,18 @@ def region_means(pixels, count=4):
     height, width, _ = pixels.shape
     parts = pixels[..., :3].reshape(count, height // count, count, width // count, 3)
     return parts.mean((1, 3), dtype=np.float64)
+
+
+def save_side_by_side(path, ours, theirs, spread=0.1, zoom=4):
+    """A PNG of two (height, width, 3) pictures and their ratio: red where ours is brighter, blue where theirs, full at `spread`."""
+    white = max(np.percentile(theirs, 98), 1e-9)
+    tones = [np.clip(picture / white, 0, 1) ** (1 / 2.2) for picture in (ours, theirs)]
+    dark = 1e-3 * white
+    off = np.clip(((ours.sum(-1) + dark) / (theirs.sum(-1) + dark) - 1) / spread, -1, 1)
+    ratio = np.stack([1 - np.maximum(-off, 0), 1 - np.abs(off), 1 - np.maximum(off, 0)], -1)
+    pixels = np.concatenate([*tones, ratio], 1).repeat(zoom, 0).repeat(zoom, 1)
+    image = bpy.data.images.new("Side by side", pixels.shape[1], pixels.shape[0])
+    image.pixels.foreach_set(np.concatenate([pixels, np.ones_like(pixels[..., :1])], -1).astype(np.float32).ravel())
+    image.filepath_raw, image.file_format = str(path), "PNG"
+    image.save()
+    bpy.data.images.remove(image)

@@ -12,6 +12,7 @@ import bpy
 import make_scenes
 import numpy as np
 import pytest
+from cycles_reference import render_with_cycles
 
 SIZE, SAMPLES = 64, 256
 GREY = (0.5, 0.45, 0.4)
@@ -33,25 +34,9 @@ def stage():
     return scene
 
 
-def render_with_cycles(path):
-    """The same scene by Cycles, without anything that changes the mean."""
-    scene = bpy.context.scene
-    scene.render.engine = "CYCLES"
-    cycles = scene.cycles
-    settings = dict(device="CPU", samples=SAMPLES, use_adaptive_sampling=False, use_denoising=False, seed=1)
-    settings.update(sample_clamp_direct=0.0, sample_clamp_indirect=0.0, light_sampling_threshold=0.0, blur_glossy=0.0)
-    settings.update(max_bounces=24, diffuse_bounces=24, glossy_bounces=24, pixel_filter_type="BLACKMAN_HARRIS", filter_width=1.5)
-    for name, value in settings.items():
-        setattr(cycles, name, value)
-    try:
-        return blender_scene.render(path)
-    finally:
-        scene.render.engine = "SPPM"
-
-
 def assert_like_cycles(tmp_path, relative=0.02):
     ours = blender_scene.region_means(blender_scene.render(tmp_path / "sppm.exr"))
-    theirs = blender_scene.region_means(render_with_cycles(tmp_path / "cycles.exr"))
+    theirs = blender_scene.region_means(render_with_cycles(tmp_path / "cycles.exr", SAMPLES))
     assert theirs.mean() > 1e-3, "Cycles' picture is black: nothing is compared"
     excess = np.abs(ours - theirs) - 0.002 * theirs.mean()
     worst = (excess / np.maximum(theirs, 1e-9)).max()
@@ -99,6 +84,7 @@ LIGHTS = {
     "spot with a hard edge": lambda: spot(0.0, 0.0),
     "sun": lambda: sun(10.0),
     "sharp sun": lambda: sun(0.0),
+    "wide sun": lambda: sun(40.0),
     "area square": lambda: area("SQUARE", 0.6),
     "area rectangle": lambda: area("RECTANGLE", 0.8, 0.3),
     "area disk": lambda: area("DISK", 0.6),
@@ -170,7 +156,7 @@ def test_edges_line_up(stage, tmp_path):
     make_scenes.add_camera((0.1, -0.3, 3.0), (0.05, 0.02, 0))
     scene.camera.data.shift_x = 0.03
     ours = blender_scene.render(tmp_path / "sppm.exr")[..., 0]
-    theirs = render_with_cycles(tmp_path / "cycles.exr")[..., 0]
+    theirs = render_with_cycles(tmp_path / "cycles.exr", SAMPLES)[..., 0]
     assert 200 < theirs.sum() < 3500, "the square is not in the middle of the picture"
     assert np.abs(ours.sum(0) - theirs.sum(0)).max() < 0.1
     assert np.abs(ours.sum(1) - theirs.sum(1)).max() < 0.1
