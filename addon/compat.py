@@ -85,8 +85,14 @@ def _read(collection, name, count, channels, dtype):
 
 
 def area_radiance_per_watt(area):
-    """Radiance of an area light of 1 W and `area` [m^2]: P / (4 A) in 3.4, P / (pi A) in 4.5 (measured; 4.2 is guessed)."""
-    return 1.0 / ((math.pi if bpy.app.version >= (4, 5, 0) else 4.0) * area)
+    """Radiance of an area light of 1 W and `area` [m^2]: P / (4 A) before 4.0, P / (pi A) since (measured in 3.4, 4.2, 4.5)."""
+    return 1.0 / ((math.pi if bpy.app.version >= (4, 0, 0) else 4.0) * area)
+
+
+def sun_irradiance(angle):
+    """Irradiance of a sun of strength 1 and full `angle` on a plane that faces it: 1, in 3.4 less for wide ones (measured; 4.2 is guessed)."""
+    cosine = math.cos(0.5 * angle)
+    return 1.0 if bpy.app.version >= (4, 5, 0) else 2.0 * cosine / (1.0 + cosine)
 
 
 def spot_falls_with_cosine():
@@ -103,6 +109,12 @@ def light_energy(light, matrix):
     if not getattr(light, "normalize", True):
         energy = energy * light.area(matrix_world=matrix)
     return energy
+
+
+def shadow_switch(light):
+    """(owner, name) of the switch that lets a lamp cast shadows: Cycles' own where it has one (3.4), else Blender's."""
+    cycles = getattr(light, "cycles", None)
+    return (cycles, "cast_shadow") if hasattr(cycles, "cast_shadow") else (light, "use_shadow")
 
 
 # ---------------------------------------------------------------- nodes

@@ -20,6 +20,11 @@ def principled_is_v2(node: bpy.types.Node) -> bool:
     return "Specular IOR Level" in node.inputs
 
 
+def microfacets_are_separable() -> bool:
+    """Whether GGX without multiple scattering is Cycles' old one: see ClosureFlags.SEPARABLE."""
+    return bpy.app.version < (4, 0, 0)
+
+
 def principled_input(node: bpy.types.Node, name: str) -> bpy.types.NodeSocket | None:
     """The input with the 3.4 `name` or what it is called since; None where this version has no such input."""
     return node.inputs.get(name) or node.inputs.get(PRINCIPLED_V2_NAMES.get(name, name))

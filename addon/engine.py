@@ -8,7 +8,7 @@ from pathlib import Path
 
 import bpy
 
-from . import native, render_result
+from . import advice, native, render_result, statistics
 from .export_camera import CameraError
 from .export_scene import export_scene
 from .scene_desc import SceneError
@@ -56,21 +56,36 @@ class _Render:
     def run(self):
         self._engine.update_stats("", "SPPM: exporting the scene")
         desc, warnings = export_scene(self._depsgraph, self._engine.camera_override)
-        self._tell(warnings)
+        hints = advice.before_render(desc, self._settings.max_depth)
+        self._tell(warnings, hints)
         self._engine.update_stats("", "SPPM: building the scene")
         with native.Scene(desc, self._settings.threads) as scene:
             del desc
             with native.Session(scene, self._settings) as session:
                 self._render_into_result(session)
                 _print_stamp(session.progress(), scene.info())
+                self._tell_after(session, scene.info(), warnings + hints)
 
-    def _tell(self, warnings):
-        for message in warnings:
+    def _tell(self, warnings, hints):
+        """What the engine could not render is a warning, what it advises is only printed; both stay for the panel."""
+        for message in warnings + hints:
             print(f"SPPM: {message}")
         sys.stdout.flush()
+        self._record(statistics.Report(warnings + hints))
         if warnings:
             more = f" (and {len(warnings) - 1} more, see the console)" if len(warnings) > 1 else ""
             self._engine.report({"WARNING"}, f"SPPM: {warnings[0]}{more}")
+
+    def _tell_after(self, session, info, messages):
+        progress = session.progress()
+        hints = advice.after_render(progress, info["has_specular"])
+        shares = render_result.light_shares(session, self._settings.passes)
+        for message in hints + [f"{name.lower()} light is {share:.1%} of the picture" for name, share in shares.items()]:
+            print(f"SPPM: {message}", flush=True)
+        self._record(statistics.Report(messages + hints, progress, progress.memory_bytes + info["memory_bytes"], shares))
+
+    def _record(self, report):
+        statistics.record(self._depsgraph.scene.name_full, self._depsgraph.view_layer.name, report)
 
     def _render_into_result(self, session):
         writer = render_result.ResultWriter(self._engine, session.size, self._depsgraph.view_layer.name)
@@ -136,13 +151,13 @@ class _Render:
         return min(1.0, max(progress.iteration / self._settings.iterations, progress.seconds / limit if limit > 0.0 else 0.0))
 
     def _show_status(self, progress):
+        """Render farms read this line: its form is told in docs/install.md. The last one is always shown."""
         now = time.monotonic()
-        if now < self._next_status:
+        if now < self._next_status and not progress.finished:
             return
         self._next_status = now + _STATUS_SECONDS
-        rate = progress.photons_emitted / progress.seconds if progress.seconds > 0.0 else 0.0
-        self._engine.update_stats("", f"SPPM iteration {progress.iteration}/{self._settings.iterations}, {rate:,.0f} photons/s, "
-                                      f"remaining {self._remaining(progress)}")
+        self._engine.update_stats("", f"SPPM iteration {progress.iteration}/{self._settings.iterations}, "
+                                      f"{progress.photons_emitted} photons, remaining {self._remaining(progress)}")
 
     def _remaining(self, progress):
         done = self._done(progress)
@@ -156,15 +171,15 @@ def session_settings(depsgraph):
     """The scene's settings as the library's."""
     scene, view_layer = depsgraph.scene, depsgraph.view_layer
     own = scene.sppm
-    names = ("iterations", "photons_per_iteration", "initial_radius", "max_depth", "pixel_filter", "filter_width", "gamma",
-             "seed", "time_limit", "write_interval")
+    names = ("iterations", "photons_per_iteration", "indirect", "radius_rule", "initial_radius", "gamma", "max_depth",
+             "pixel_filter", "filter_width", "seed", "time_limit", "write_interval")
     return native.Settings(
         **{name: getattr(own, name) for name in names},
         snapshot_path=_snapshot_path(scene, view_layer) if own.write_interval > 0 else "",
         # `blender -t N` makes the mode FIXED for Blender's own renderers by the same property.
         threads=scene.render.threads if scene.render.threads_mode == "FIXED" else 0,
         transparent_film=scene.render.film_transparent,
-        passes=frozenset(render_result.requested_passes(view_layer)),
+        passes=frozenset(render_result.requested_passes(view_layer) + render_result.measured_passes(own.write_interval > 0)),
     )
 
 
@@ -185,8 +200,8 @@ def _print_stamp(progress, info):
           f"{megabytes:.1f} MB", flush=True)
     rays = progress.rays_camera + progress.rays_shadow + progress.rays_photon
     print(f"SPPM: camera {progress.seconds_camera:.2f} s, photons {progress.seconds_photons:.2f} s, grid {progress.seconds_grid:.2f} s, "
-          f"gather {progress.seconds_gather:.2f} s, update {progress.seconds_update:.2f} s; "
-          f"{rays / max(progress.seconds, 1e-9) / 1e6:.2f} Mrays/s", flush=True)
+          f"gather {progress.seconds_gather:.2f} s; "
+          f"{rays / max(progress.seconds, 1e-9) / 1e6:.2f} Mrays/s; indirect light by {progress.indirect.lower()}", flush=True)
     if progress.dropped_samples:
         print(f"SPPM: {progress.dropped_samples} samples were not finite and were left out", flush=True)
 

@@ -1,7 +1,7 @@
 """Blender's lamps and world -> LightDesc and WorldDesc, in radiometric units.
 
 The factors are measured with Cycles (docs/blender.md): with power P [W], a point or spot has radiant intensity P / (4 pi), a sun
-the irradiance that its strength says, an area light the radiance that `compat.area_radiance_per_watt` says.
+the irradiance that its strength times `compat.sun_irradiance` says, an area light the radiance that `compat.area_radiance_per_watt` says.
 """
 
 import math
@@ -45,7 +45,7 @@ def _spot(light, energy, _transform, _warn):
 
 
 def _sun(light, energy, _transform, _warn):
-    return {"type": LightType.SUN, "emission": tuple(energy), "angle": light.angle}
+    return {"type": LightType.SUN, "emission": tuple(energy * compat.sun_irradiance(light.angle)), "angle": light.angle}
 
 
 def _area(light, energy, transform, warn):
@@ -66,11 +66,8 @@ _BY_TYPE = {"POINT": _point, "SPOT": _spot, "SUN": _sun, "AREA": _area}
 
 
 def _flags(obj, light):
-    """Cycles' own switches where it is there, Blender's otherwise."""
-    cycles = getattr(light, "cycles", None)
-    casts_shadow = getattr(cycles, "cast_shadow", light.use_shadow)
     flags = LightFlags.NONE
-    if not casts_shadow:
+    if not getattr(*compat.shadow_switch(light)):
         flags |= LightFlags.NO_SHADOW
     if light.type == "SPOT" and compat.spot_falls_with_cosine():
         flags |= LightFlags.SPOT_COSINE

@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 import bpy
 from mathutils import Euler, Matrix
 
-from .compat_nodes import principled_input, principled_is_v2
+from .compat_nodes import microfacets_are_separable, principled_input, principled_is_v2
 from .scene_desc import (
     Blend,
     ClosureDesc,
@@ -368,8 +368,10 @@ def diffuse(color: Param) -> ClosureDesc:
     return ClosureDesc(ClosureType.DIFFUSE, color=color)
 
 
-def energy_flag(node) -> ClosureFlags:
-    return ClosureFlags.PRESERVE_ENERGY if node.distribution == "MULTI_GGX" else ClosureFlags.NONE
+def microfacet_flags(node) -> ClosureFlags:
+    if node.distribution == "MULTI_GGX":
+        return ClosureFlags.PRESERVE_ENERGY
+    return ClosureFlags.SEPARABLE if microfacets_are_separable() else ClosureFlags.NONE
 
 
 def roughness_of(walk, node) -> Param:
@@ -426,7 +428,7 @@ def diffuse_bsdf(walk, node):
 def glass_bsdf(walk, node, flags=ClosureFlags.NONE):
     color, ior = walk.color(node.inputs["Color"]), max(walk.number(node.inputs["IOR"]), 1e-5)
     warn_if_used(walk, node, "Thin Film Thickness")
-    flags |= energy_flag(node)
+    flags |= microfacet_flags(node)
     return [ClosureDesc(ClosureType.DIELECTRIC, flags, color=color, color2=color, roughness=roughness_of(walk, node), ior=ior)]
 
 
@@ -437,7 +439,7 @@ def refraction_bsdf(walk, node):
 def glossy_bsdf(walk, node):
     color = walk.color(node.inputs["Color"])
     warn_if_used(walk, node, "Anisotropy")
-    return [ClosureDesc(ClosureType.CONDUCTOR, energy_flag(node), color=color, color2=color, roughness=roughness_of(walk, node))]
+    return [ClosureDesc(ClosureType.CONDUCTOR, microfacet_flags(node), color=color, color2=color, roughness=roughness_of(walk, node))]
 
 
 def metallic_bsdf(walk, node):
@@ -448,7 +450,7 @@ def metallic_bsdf(walk, node):
         n, k = (walk.value(node.inputs[name])[0].value for name in ("IOR", "Extinction"))
         color = Param(tuple(((n - 1) ** 2 + k * k) / ((n + 1) ** 2 + k * k) for n, k in zip(n, k)))
     warn_if_used(walk, node, "Anisotropy", "Thin Film Thickness")
-    return [ClosureDesc(ClosureType.CONDUCTOR, energy_flag(node), color=color, roughness=roughness_of(walk, node))]
+    return [ClosureDesc(ClosureType.CONDUCTOR, microfacet_flags(node), color=color, roughness=roughness_of(walk, node))]
 
 
 def transparent_bsdf(walk, node):
@@ -504,11 +506,10 @@ def principled_bsdf(walk, node):
     not_metal = algebra.one_minus(metallic)
     opaque = algebra.multiply(not_metal, algebra.one_minus(transmission))
 
-    closures = principled_clearcoat(walk, node, new) + principled_emission(walk, node)
+    closures = principled_clearcoat(walk, node, new) + principled_emission(walk, node, new)
     if not is_zero(metallic):
         warn_if_tinted(walk, node, "Specular Tint")
-        metal = ClosureDesc(ClosureType.CONDUCTOR, energy_flag(node), color=in_unit(base), roughness=roughness)
-        closures += scaled(walk, [metal], metallic)
+        closures += scaled(walk, [principled_metal(walk, node, new, base, roughness)], metallic)
     if not (is_zero(transmission) or is_zero(not_metal)):
         glass = principled_glass(walk, node, new, base, roughness)
         closures += scaled(walk, [glass], algebra.multiply(not_metal, transmission))
@@ -533,8 +534,27 @@ def principled_clearcoat(walk, node, new):
     return [ClosureDesc(ClosureType.COAT, flags, weight=weight, roughness=roughness, ior=ior)]
 
 
-def principled_emission(walk, node):
-    return emission_of(walk, principled_input(node, "Emission"), node.inputs["Emission Strength"])
+def principled_emission(walk, node, new):
+    """From 4.0 on it shines through the coat, which the library does not dim: here it is by what the coat reflects straight above."""
+    emission = emission_of(walk, principled_input(node, "Emission"), node.inputs["Emission Strength"])
+    coat = walk.scalar(principled_input(node, "Clearcoat")) if new else ZERO
+    if is_zero(coat):
+        return emission
+    reflected = gray(f0_from_ior(max(walk.number(node.inputs["Coat IOR"]), 1.0)))
+    return scaled(walk, emission, walk.algebra.one_minus(walk.algebra.multiply(coat, reflected)))
+
+
+def principled_metal(walk, node, new, base, roughness):
+    """Before 4.0 the edge is that of the specular layer's index."""
+    metal = ClosureDesc(ClosureType.CONDUCTOR, microfacet_flags(node), color=in_unit(base), roughness=roughness)
+    if new:
+        return metal
+    return replace(metal, flags=metal.flags | ClosureFlags.EDGE_BY_IOR, ior=specular_ior(walk, node))
+
+
+def specular_ior(walk, node):
+    """Of Principled before 4.0, from its Specular."""
+    return ior_from_f0(0.08 * max(walk.number(principled_input(node, "Specular")), 0.0))
 
 
 def principled_glass(walk, node, new, base, roughness):
@@ -543,7 +563,7 @@ def principled_glass(walk, node, new, base, roughness):
     if not new and node.distribution == "GGX":
         warn_if_used(walk, node, "Transmission Roughness", text="is rendered as the roughness of the reflection")
     ior = max(walk.number(node.inputs["IOR"]), 1e-5)
-    return ClosureDesc(ClosureType.DIELECTRIC, energy_flag(node), color2=tint, roughness=roughness, ior=ior)
+    return ClosureDesc(ClosureType.DIELECTRIC, microfacet_flags(node), color2=tint, roughness=roughness, ior=ior)
 
 
 def square_root(walk, node, p: Param) -> Param:
@@ -562,8 +582,8 @@ def principled_specular(walk, node, new, roughness):
         ior, flags = 1 / ior if material_ior < 1 else ior, ClosureFlags.ATTENUATE
     else:
         warn_if_used(walk, node, "Specular Tint")
-        ior, flags = ior_from_f0(0.08 * level), ClosureFlags.NONE
-    flags |= energy_flag(node)
+        ior, flags = specular_ior(walk, node), ClosureFlags.NONE
+    flags |= microfacet_flags(node)
     return [] if abs(ior - 1) < 1e-5 else [ClosureDesc(ClosureType.COAT, flags, roughness=roughness, ior=ior)]
 
 

@@ -6,10 +6,12 @@ walk.
 """
 
 from dataclasses import replace
+from pathlib import Path
 
 import bpy
 import numpy as np
 
+from .bounds import instance_boxes
 from .export_camera import export_camera
 from .export_image import ImageExporter
 from .export_light import export_light, export_world
@@ -36,6 +38,7 @@ def export_scene(depsgraph, camera=None):
         CameraError: there is no camera to look through.
     """
     walk = _Walk(depsgraph)
+    _warn_of_missing_libraries(walk.warn)
     scene = depsgraph.scene_eval
     camera = camera or scene.camera
     walk.desc.camera = export_camera(camera.evaluated_get(depsgraph) if camera else None, scene.render, walk.warn)
@@ -43,6 +46,14 @@ def export_scene(depsgraph, camera=None):
     for instance in depsgraph.object_instances:
         walk.visit(instance)
     return _moved_to_origin(walk.desc), walk.warnings
+
+
+def _warn_of_missing_libraries(warn):
+    """Blender says so when it loads the file, but goes on with empty objects as if nothing were wrong."""
+    for library in bpy.data.libraries:
+        path = bpy.path.abspath(library.filepath, library=library.parent)
+        if not library.packed_file and not Path(path).is_file():
+            warn(f"library '{library.name}': its file '{path}' is missing, what is linked from it is left out")
 
 
 class _Walk:
@@ -159,7 +170,8 @@ def _moved_to_origin(desc):
     """
     if not desc.instances:
         return desc
-    low, high = _bounds(desc)
+    boxes = instance_boxes(desc)
+    low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
     centre = np.round((low + high) / 2.0)
     if np.linalg.norm(centre) <= np.linalg.norm(high - low):
         return desc
@@ -174,18 +186,3 @@ def _moved(transform, centre):
     moved = transform.copy()
     moved[:, 3] -= centre
     return moved
-
-
-def _bounds(desc):
-    """Lowest and highest corner of all instances' boxes, metres, world, float64."""
-    boxes = np.array([_box_corners(mesh.positions) for mesh in desc.meshes])
-    transforms = np.array([item.transform for item in desc.instances])
-    corners = np.einsum("iab,ikb->ika", transforms, boxes[[item.mesh - 1 for item in desc.instances]])
-    return corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
-
-
-def _box_corners(positions):
-    """(8, 4) float64 homogeneous corners of the points' box."""
-    ends = np.array((positions.min(axis=0), positions.max(axis=0)), dtype=np.float64)
-    corners = np.array(np.meshgrid(*ends.T)).reshape(3, 8).T
-    return np.hstack((corners, np.ones((8, 1))))

@@ -14,11 +14,13 @@ import numpy as np
 
 from .scene_desc import SceneDesc, validate
 
-ABI_VERSION = 1
+ABI_VERSION = 2
 LIBRARY_PATH = Path(__file__).parent / "lib" / "libsppm.so"
 
 PASS_NAMES = ("Combined", "Depth", "Normal", "Direct", "Indirect", "Caustics", "Radius", "Photons")
 PIXEL_FILTERS = ("BLACKMAN_HARRIS", "BOX")
+INDIRECT = ("PHOTONS", "PATHS", "AUTO")
+RADIUS_RULES = ("PROGRESSIVE", "DENSITY", "PASS_INDEXED")
 STATUS_CANCELLED = 7
 STATUS_NAMES = ("OK", "invalid argument", "invalid state", "out of memory", "I/O error", "unsupported", "internal error",
                 "cancelled")
@@ -111,14 +113,15 @@ class _Settings(_Sized):
     _fields_ = [("iterations", c_uint64), ("photons_per_iteration", c_uint64), ("initial_radius", c_double),
                 ("max_depth", c_uint32), ("pixel_filter", c_uint32), ("filter_width", c_double), ("gamma", c_double),
                 ("seed", c_uint64), ("time_limit", c_double), ("write_interval", c_uint64), ("snapshot_path", c_char_p),
-                ("threads", c_uint32), ("transparent_film", c_uint32), ("passes", c_uint64)]
+                ("threads", c_uint32), ("transparent_film", c_uint32), ("passes", c_uint64), ("indirect", c_uint32),
+                ("radius_rule", c_uint32), ("aim_photons", c_uint32)]
 
 
 class _Progress(_Sized):
     _fields_ = [("iteration", c_uint64), ("photons_emitted", c_uint64), ("photons_stored", c_uint64), ("rays_camera", c_uint64),
                 ("rays_shadow", c_uint64), ("rays_photon", c_uint64), ("dropped_samples", c_uint64), ("seconds", c_double),
                 ("seconds_camera", c_double), ("seconds_photons", c_double), ("seconds_grid", c_double),
-                ("seconds_gather", c_double), ("seconds_update", c_double), ("memory_bytes", c_uint64), ("finished", c_uint32)]
+                ("seconds_gather", c_double), ("memory_bytes", c_uint64), ("finished", c_uint32), ("indirect", c_uint32)]
 
 
 # ---------------------------------------------------------------- library
@@ -384,7 +387,7 @@ class Settings:
     max_depth: int = 24
     pixel_filter: str = "BLACKMAN_HARRIS"
     filter_width: float = 1.5
-    gamma: float = 2.0 / 3.0
+    gamma: float = 0.8
     seed: int = 0
     time_limit: float = 0.0
     write_interval: int = 0
@@ -392,12 +395,17 @@ class Settings:
     threads: int = 0
     transparent_film: bool = False
     passes: frozenset = frozenset({"Combined"})
+    indirect: str = "AUTO"
+    radius_rule: str = "DENSITY"
+    aim_photons: bool = True
 
     def _struct(self):
         values = {f.name: getattr(self, f.name) for f in fields(self)}
         values["pixel_filter"] = _choice("pixel_filter", self.pixel_filter, PIXEL_FILTERS)
         values["snapshot_path"] = os.fsencode(self.snapshot_path) if self.snapshot_path else None
-        values["transparent_film"] = int(self.transparent_film)
+        values["indirect"] = _choice("indirect", self.indirect, INDIRECT)
+        values["radius_rule"] = _choice("radius_rule", self.radius_rule, RADIUS_RULES)
+        values["transparent_film"], values["aim_photons"] = int(self.transparent_film), int(self.aim_photons)
         values["passes"] = sum(1 << _choice("passes", name, PASS_NAMES) for name in set(self.passes) | {"Combined"})
         for name, kind in _Settings._fields_:
             if kind in (c_uint32, c_uint64) and not 0 <= values[name] < 1 << 8 * ctypes.sizeof(kind):
@@ -407,7 +415,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class Progress:
-    """See SppmProgress: counts since the first step, wall times in seconds."""
+    """See SppmProgress: counts since the first step, wall times in seconds; `indirect` is a name of `INDIRECT`."""
 
     iteration: int
     photons_emitted: int
@@ -421,9 +429,9 @@ class Progress:
     seconds_photons: float
     seconds_grid: float
     seconds_gather: float
-    seconds_update: float
     memory_bytes: int
     finished: bool
+    indirect: str
 
 
 class Session:
@@ -453,7 +461,7 @@ class Session:
         struct = _Progress()
         self._lib.sppm_session_progress(self._handle, struct)
         values = {f.name: getattr(struct, f.name) for f in fields(Progress)}
-        return Progress(**{**values, "finished": bool(struct.finished)})
+        return Progress(**{**values, "finished": bool(struct.finished), "indirect": INDIRECT[struct.indirect]})
 
     def read_pass(self, name):
         """The pass as (height, width, channels) float32, bottom row first."""

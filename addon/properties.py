@@ -3,16 +3,58 @@
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
 
+# What a quality stands for. It is no setting of its own: it is read off the settings, so scripts and files need not know of it.
+QUALITIES = {
+    "DRAFT": {"iterations": 16, "photons_per_iteration": 0},
+    "GOOD": {"iterations": 64, "photons_per_iteration": 0},
+    "FINAL": {"iterations": 512, "photons_per_iteration": 0},
+}
+_CUSTOM = len(QUALITIES)
+
+
+def _get_quality(settings):
+    """Position of the quality whose settings these are, else that of CUSTOM."""
+    for position, values in enumerate(QUALITIES.values()):
+        if all(getattr(settings, name) == value for name, value in values.items()):
+            return position
+    return _CUSTOM
+
+
+def _set_quality(settings, position):
+    """Writes what the quality stands for; CUSTOM leaves all as it is."""
+    if position != _CUSTOM:
+        for name, value in list(QUALITIES.values())[position].items():
+            setattr(settings, name, value)
+
 
 class SppmSettings(bpy.types.PropertyGroup):
     """Settings of a scene, `scene.sppm`."""
 
+    quality: EnumProperty(
+        name="Quality", get=_get_quality, set=_set_quality, options=set(),
+        items=(("DRAFT", "Draft", "Light and caustics in their places, with noise and blur: 16 iterations", 0),
+               ("GOOD", "Good", "Clean where much light is, fine caustics still soft: 64 iterations", 1),
+               ("FINAL", "Final", "Sharp caustics with little noise: 512 iterations", 2),
+               ("CUSTOM", "Custom", "Other iterations or photons than those of a quality", _CUSTOM)),
+        description="How good the picture shall be: sets iterations, and photons to automatic")
     iterations: IntProperty(
         name="Iterations", default=64, min=1, soft_max=4096,
         description="How often camera rays and photons are sent; noise and blur shrink with each")
     photons_per_iteration: IntProperty(
         name="Photons", default=0, min=0, soft_max=10_000_000,
-        description="Photon paths started in each iteration; 0 for as many as the picture has pixels")
+        description="Photon paths started in each iteration; 0 for so many that they take about as long as the camera's paths")
+    indirect: EnumProperty(
+        name="Indirect Light", default="AUTO",
+        items=(("AUTO", "Automatic", "Photons where a first iteration finds enough of them in most of the picture, else paths"),
+               ("PHOTONS", "Photons", "From all lights to anywhere, gathered where the camera looks: for closed rooms"),
+               ("PATHS", "Paths", "From the camera on, as a path tracer does it: for open scenes")),
+        description="Who finds the light that is neither direct nor a caustic; caustics are always made of photons")
+    radius_rule: EnumProperty(
+        name="Radius", default="DENSITY",
+        items=(("DENSITY", "Density", "By the photons that earlier iterations found around a pixel"),
+               ("PROGRESSIVE", "Progressive", "By the photons found, as the method was published: shrinks where there are many"),
+               ("PASS_INDEXED", "Pass Indexed", "By the number of the iteration alone")),
+        description="How the radius in which photons are gathered shrinks from iteration to iteration")
     initial_radius: FloatProperty(
         name="Initial Radius", default=0.0, min=0.0, soft_max=1.0, precision=4, subtype="DISTANCE", unit="LENGTH",
         description="Radius in which photons are gathered at first; 0 chooses it from the size of a pixel at what it sees")
@@ -20,7 +62,7 @@ class SppmSettings(bpy.types.PropertyGroup):
         name="Max Depth", default=24, min=1, max=1024, soft_max=128,
         description="Most vertices that a camera or photon path may have")
     gamma: FloatProperty(
-        name="Gamma", default=2.0 / 3.0, min=0.01, max=0.99,
+        name="Gamma", default=0.8, min=0.01, max=0.99,
         description="Share of new photons that is kept when the radius shrinks: smaller sharpens faster and leaves more noise")
     pixel_filter: EnumProperty(
         name="Pixel Filter", default="BLACKMAN_HARRIS",
@@ -28,13 +70,13 @@ class SppmSettings(bpy.types.PropertyGroup):
         description="How a pixel weighs what lies around its centre")
     filter_width: FloatProperty(
         name="Filter Width", default=1.5, min=0.01, soft_min=0.5, max=10.0, subtype="PIXEL",
-        description="Full width of the pixel filter, in pixels")
+        description="Pixels that Blackman-Harris reaches to either side, or the whole width of Box, as in Cycles")
     seed: IntProperty(name="Seed", default=0, min=0, description="Another seed gives other noise")
     time_limit: FloatProperty(
         name="Time Limit", default=0.0, min=0.0, soft_max=3600.0, subtype="TIME_ABSOLUTE", unit="TIME_ABSOLUTE",
         description="Stop after the iteration in which this much time has passed; 0 for no limit")
     write_interval: IntProperty(
-        name="Write Interval", default=0, min=0, soft_max=256,
+        name="Write Interval", default=0, min=0, soft_max=256, options=set(),
         description="Iterations between snapshots, written as an OpenEXR file next to the output; 0 for none")
 
 

@@ -1,5 +1,7 @@
 """Film passes -> Blender's RenderResult."""
 
+import numpy as np
+
 from . import compat
 
 # Name of a pass: channels, their letters, Blender's type, and the switch on the view layer (None: always there).
@@ -14,6 +16,8 @@ _PASSES = {
     "Photons": (1, "X", "VALUE", lambda layer: layer.sppm.use_pass_photons),
 }
 
+_SHARES = ("Caustics", "Indirect")
+
 
 def requested_passes(view_layer):
     """Names of the passes that a view layer asks for, in the order in which they are shown."""
@@ -25,6 +29,19 @@ def register_passes(engine, scene, view_layer):
     for name in requested_passes(view_layer):
         channels, letters, kind, _ = _PASSES[name]
         engine.register_pass(scene, view_layer, name, channels, letters, kind)
+
+
+def measured_passes(writes_snapshots):
+    """Names of the passes that `light_shares` reads; a snapshot would write them, so none where there are snapshots."""
+    return [] if writes_snapshots else list(_SHARES)
+
+
+def light_shares(session, passes):
+    """{name: its share of the light in the picture, 0 to 1}, for what is among `passes`; the film keeps these sums anyway."""
+    total = session.read_pass("Combined")[..., :3].sum(dtype=np.float64)
+    if total <= 0.0:
+        return {}
+    return {name: float(session.read_pass(name).sum(dtype=np.float64) / total) for name in _SHARES if name in passes}
 
 
 class ResultWriter:

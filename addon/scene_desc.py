@@ -58,6 +58,8 @@ class ClosureFlags(IntFlag):
     PRESERVE_ENERGY = 2
     ATTENUATE = 4
     REFRACTION_ONLY = 8
+    EDGE_BY_IOR = 16
+    SEPARABLE = 32
 
 
 class LightType(IntEnum):

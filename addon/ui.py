@@ -1,53 +1,84 @@
-"""Panels: the engine's own, which draw `properties`, and Blender's, which are told that they serve this engine too."""
+"""The engine's own panels in the Render and View Layer tabs, which draw `properties`; and the registration of all panels."""
 
 import bpy
+from bl_operators.presets import AddPresetBase
+from bl_ui.utils import PresetPanel
 
-ENGINE = "SPPM"
+from . import statistics, ui_report, ui_shared
+from .properties import QUALITIES, SppmSettings
+from .ui_shared import ENGINE, EnginePanel
 
-# Panels for Blender's own renderers that show nothing this engine can do, or that are replaced here.
-_EXCLUDED = {"VIEWLAYER_PT_filter", "VIEWLAYER_PT_layer_passes", "RENDER_PT_post_processing",
-             "DATA_PT_light", "DATA_PT_falloff_curve", "MATERIAL_PT_preview", "WORLD_PT_preview", "DATA_PT_preview"}
-
-# Panels made for EEVEE that show what every shader-node engine needs.
-_INCLUDED = {"DATA_PT_EEVEE_light", "DATA_PT_spot", "DATA_PT_area", "DATA_PT_camera_dof", "DATA_PT_camera_dof_aperture",
-             "EEVEE_MATERIAL_PT_context_material", "EEVEE_MATERIAL_PT_surface", "EEVEE_WORLD_PT_surface",
-             "EEVEE_NEXT_MATERIAL_PT_context_material", "EEVEE_NEXT_MATERIAL_PT_surface"}
+# ---------------------------------------------------------------- presets
 
 
-class _EnginePanel:
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
-    bl_context = "render"
+class SPPM_PT_presets(PresetPanel, bpy.types.Panel):
+    bl_label = "SPPM Presets"
+    preset_subdir = "sppm/render"
+    preset_operator = "script.execute_preset"
+    preset_add_operator = "render.sppm_preset_add"
     COMPAT_ENGINES = {ENGINE}
 
-    @classmethod
-    def poll(cls, context):
-        return context.engine in cls.COMPAT_ENGINES
 
-    def draw(self, context):
-        layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
-        self.draw_properties(layout.column(), context)
+class SPPM_OT_preset_add(AddPresetBase, bpy.types.Operator):
+    """Add or remove a preset of all settings of SPPM"""
+
+    bl_idname = "render.sppm_preset_add"
+    bl_label = "Add SPPM Preset"
+    preset_menu = "SPPM_PT_presets"
+    preset_subdir = SPPM_PT_presets.preset_subdir
+    preset_defines = ["sppm = bpy.context.scene.sppm"]
+    preset_values = [f"sppm.{name}" for name in SppmSettings.__annotations__ if name != "quality"]
 
 
-class SPPM_PT_sampling(_EnginePanel, bpy.types.Panel):
+# ---------------------------------------------------------------- the Render tab
+
+
+class SPPM_PT_quality(EnginePanel, bpy.types.Panel):
+    bl_label = "Quality"
+
+    def draw_header_preset(self, _context):
+        SPPM_PT_presets.draw_panel_header(self.layout)
+
+    def draw_properties(self, layout, context):
+        settings = context.scene.sppm
+        row = layout.row(align=True)
+        row.use_property_split = False
+        for name in QUALITIES:
+            row.prop_enum(settings, "quality", name)
+        # Custom is nothing to choose, but what the settings below have become.
+        if settings.quality == "CUSTOM":
+            row.prop_enum(settings, "quality", "CUSTOM")
+        summary = layout.column(align=True)
+        summary.label(text=f"{settings.iterations} iterations")
+        photons = settings.photons_per_iteration
+        summary.label(text=f"{statistics.count(photons)} photons in each" if photons else "photons: automatic")
+
+
+class SPPM_PT_sampling(EnginePanel, bpy.types.Panel):
     bl_label = "Sampling"
 
     def draw_properties(self, layout, context):
-        for name in ("iterations", "photons_per_iteration", "time_limit", "max_depth", "seed"):
+        for name in ("iterations", "time_limit", "seed"):
             layout.prop(context.scene.sppm, name)
 
 
-class SPPM_PT_progressive(_EnginePanel, bpy.types.Panel):
-    bl_label = "Photon Radius"
+class SPPM_PT_light_paths(EnginePanel, bpy.types.Panel):
+    bl_label = "Light Paths"
 
     def draw_properties(self, layout, context):
-        for name in ("initial_radius", "gamma"):
+        for name in ("max_depth", "indirect"):
             layout.prop(context.scene.sppm, name)
 
 
-class SPPM_PT_film(_EnginePanel, bpy.types.Panel):
+class SPPM_PT_photons(EnginePanel, bpy.types.Panel):
+    bl_label = "Photons"
+
+    def draw_properties(self, layout, context):
+        for name in ("photons_per_iteration", "radius_rule", "initial_radius", "gamma"):
+            layout.prop(context.scene.sppm, name)
+
+
+class SPPM_PT_film(EnginePanel, bpy.types.Panel):
     bl_label = "Film"
 
     def draw_properties(self, layout, context):
@@ -56,8 +87,8 @@ class SPPM_PT_film(_EnginePanel, bpy.types.Panel):
         layout.prop(context.scene.render, "film_transparent", text="Transparent")
 
 
-class SPPM_PT_performance(_EnginePanel, bpy.types.Panel):
-    bl_label = "Performance and Snapshots"
+class SPPM_PT_performance(EnginePanel, bpy.types.Panel):
+    bl_label = "Performance"
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw_properties(self, layout, context):
@@ -66,10 +97,39 @@ class SPPM_PT_performance(_EnginePanel, bpy.types.Panel):
         threads = layout.column()
         threads.enabled = render.threads_mode == "FIXED"
         threads.prop(render, "threads")
+
+
+class SPPM_PT_output(EnginePanel, bpy.types.Panel):
+    bl_label = "Snapshots"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw_properties(self, layout, context):
         layout.prop(context.scene.sppm, "write_interval")
+        path = layout.column()
+        path.active = context.scene.sppm.write_interval > 0
+        path.prop(context.scene.render, "filepath", text="Beside")
 
 
-class SPPM_PT_passes(_EnginePanel, bpy.types.Panel):
+class SPPM_PT_simplify(EnginePanel, bpy.types.Panel):
+    """Of Blender's own what the depsgraph does for every engine; Blender's would stand above the quality."""
+
+    bl_label = "Simplify"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw_header(self, context):
+        self.layout.prop(context.scene.render, "use_simplify", text="")
+
+    def draw_properties(self, layout, context):
+        render = context.scene.render
+        layout.active = render.use_simplify
+        layout.prop(render, "simplify_subdivision_render", text="Max Subdivision")
+        layout.prop(render, "simplify_child_particles_render", text="Max Child Particles")
+
+
+# ---------------------------------------------------------------- the View Layer tab
+
+
+class SPPM_PT_passes(EnginePanel, bpy.types.Panel):
     bl_label = "Passes"
     bl_context = "view_layer"
 
@@ -81,27 +141,20 @@ class SPPM_PT_passes(_EnginePanel, bpy.types.Panel):
             layout.prop(view_layer.sppm, f"use_pass_{name}")
 
 
-_CLASSES = (SPPM_PT_sampling, SPPM_PT_progressive, SPPM_PT_film, SPPM_PT_performance, SPPM_PT_passes)
+_CLASSES = (SPPM_PT_presets, SPPM_OT_preset_add, SPPM_PT_quality, ui_report.SPPM_PT_messages, SPPM_PT_sampling,
+            SPPM_PT_light_paths, SPPM_PT_photons, SPPM_PT_film, SPPM_PT_performance, SPPM_PT_output, SPPM_PT_simplify,
+            ui_report.SPPM_PT_statistics, SPPM_PT_passes, *ui_shared.CLASSES)
 
 
 def register():
     for cls in _CLASSES:
         bpy.utils.register_class(cls)
-    for panel in _blender_panels():
-        panel.COMPAT_ENGINES.add(ENGINE)
+    ui_shared.share_panels()
+    ui_report.start()
 
 
 def unregister():
-    for panel in _blender_panels():
-        panel.COMPAT_ENGINES.discard(ENGINE)
+    ui_report.stop()
+    ui_shared.take_back_panels()
     for cls in reversed(_CLASSES):
         bpy.utils.unregister_class(cls)
-
-
-def _blender_panels():
-    """Registered panels of Blender that this engine shares."""
-    for panel in bpy.types.Panel.__subclasses__():
-        # The shader editor's copy of a panel shares the original's set of engines.
-        name, engines = panel.__name__.removeprefix("NODE_"), getattr(panel, "COMPAT_ENGINES", ())
-        if name in _INCLUDED or ("BLENDER_RENDER" in engines and name not in _EXCLUDED and "freestyle" not in name):
-            yield panel

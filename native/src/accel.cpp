@@ -18,6 +18,16 @@ namespace {
 
 SppmStatus status_of(RTCError error) { return error == RTC_ERROR_OUT_OF_MEMORY ? SPPM_OUT_OF_MEMORY : SPPM_INTERNAL_ERROR; }
 
+// Coordinates that Embree takes, in world and object space; its builds with assertions abort the process beyond 1.844e18.
+constexpr float kLargestCoordinate = 1e11f, kLargestInverse = 1e6f;
+
+// False for what overflowed on its way here: it meets nothing.
+bool traceable(const Ray& ray) {
+  const Vec3 o = abs(ray.origin), d = abs(ray.direction);
+  const bool origin = o.x <= kLargestCoordinate && o.y <= kLargestCoordinate && o.z <= kLargestCoordinate;
+  return origin && d.x <= 2 && d.y <= 2 && d.z <= 2 && ray.near >= 0 && ray.far >= ray.near;
+}
+
 RTCRayHit make_query(const Ray& ray) {
   RTCRayHit query{};
   query.ray.org_x = ray.origin.x, query.ray.org_y = ray.origin.y, query.ray.org_z = ray.origin.z;
@@ -101,6 +111,15 @@ struct Accel::Impl {
   }
 };
 
+bool can_be_instanced(const Affine& m) {
+  constexpr float kWorstCondition = 1e5f;  // of digits lost on the way to object space and back
+  const Vec3 a = m.column(0), b = m.column(1), c = m.column(2);
+  const float inverse_largest = max_component(max(abs(cross(b, c)), max(abs(cross(c, a)), abs(cross(a, b))))) / std::abs(m.determinant());
+  const float largest = max_component(max(abs(a), max(abs(b), abs(c))));
+  return inverse_largest <= kLargestInverse && inverse_largest * largest <= kWorstCondition &&
+         max_component(abs(m.column(3))) <= kLargestCoordinate;
+}
+
 Accel::Accel() : impl_(std::make_unique<Impl>()) {}
 Accel::~Accel() = default;
 
@@ -121,6 +140,7 @@ void Accel::build(std::span<const Placement> placements) {
 }
 
 std::optional<Hit> Accel::intersect(const Ray& ray) const {
+  if (!traceable(ray)) return std::nullopt;
   RTCRayHit query = make_query(ray);
   trace(impl_->scene, query);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
@@ -129,6 +149,7 @@ std::optional<Hit> Accel::intersect(const Ray& ray) const {
 }
 
 bool Accel::occluded(const Ray& ray) const {
+  if (!traceable(ray)) return false;
   RTCRayHit query = make_query(ray);
   trace_shadow(impl_->scene, query.ray);
   return query.ray.tfar < 0;

@@ -23,6 +23,9 @@ struct Placement {
   bool identity;  // the mesh is already in world space
 };
 
+// False where rays cannot be brought to the object's space: it is squeezed flat or nearly so, or very small or far away.
+bool can_be_instanced(const Affine& transform);
+
 class Accel {
  public:
   Accel();

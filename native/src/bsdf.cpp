@@ -23,6 +23,11 @@ float ggx_g2(Vec3 a, Vec3 b, float alpha) {
   return a.z == 0 || b.z == 0 ? 0.0f : 1 / (1 + ggx_lambda(a, alpha) + ggx_lambda(b, alpha));
 }
 
+// Share of microfacets that neither direction hides.
+float visible_share(const Lobe& lobe, Vec3 a, Vec3 b) {
+  return lobe.separable ? ggx_g1(a, lobe.alpha) * ggx_g1(b, lobe.alpha) : ggx_g2(a, b, lobe.alpha);
+}
+
 // Normals visible from w (w.z > 0): Dupuy and Benyoub 2023, spherical caps.
 Vec3 sample_visible_normal(Vec3 w, float alpha, float u1, float u2) {
   const Vec3 stretched = normalize({w.x * alpha, w.y * alpha, w.z});
@@ -54,20 +59,34 @@ float schlick(float cos_theta) {
 
 bool transmits(LobeType type) { return type == LobeType::kDielectric || type == LobeType::kRefraction; }
 
+// How far a conductor is from `color` to `color2`.
+float edge_share(const Lobe& lobe, float cos_theta) {
+  if (!lobe.edge_by_ior) return schlick(cos_theta);
+  const float f0 = fresnel_dielectric(1, lobe.ior);
+  return std::max(0.0f, (fresnel_dielectric(cos_theta, lobe.ior) - f0) / (1 - f0));
+}
+
 // Reflectance per channel at a microfacet; `eta` as in fresnel_dielectric.
 Vec3 reflectance(const Lobe& lobe, float cos_theta, float eta) {
   switch (lobe.type) {
-    case LobeType::kConductor: return lerp(lobe.color, lobe.color2, schlick(cos_theta));
+    case LobeType::kConductor: return lerp(lobe.color, lobe.color2, edge_share(lobe, cos_theta));
     case LobeType::kRefraction: return {};
     default: return lobe.color * fresnel_dielectric(cos_theta, eta);
   }
 }
 
-// Probability of reflecting rather than transmitting at a microfacet.
-float reflection_probability(const Lobe& lobe, float cos_theta, float eta) {
+// Fresnel reflectance of a dielectric by which light is shared, given the cosines to the shading normal and to the microfacet's.
+float dielectric_share(const Lobe& lobe, float cos_normal, float cos_theta, float eta) {
+  return fresnel_dielectric(lobe.separable ? std::abs(cos_normal) : cos_theta, eta);
+}
+
+// Probability of reflecting rather than transmitting at a microfacet, for the direction that is given.
+float reflection_probability(const Lobe& lobe, float cos_normal, float cos_theta, float eta) {
   if (!transmits(lobe.type)) return 1;
   if (lobe.type == LobeType::kRefraction) return 0;
-  const float reflected = fresnel_dielectric(cos_theta, eta);
+  float reflected = fresnel_dielectric(cos_theta, eta);
+  // What the microfacet can transmit may be weighed by the other direction's share, so neither way may be left out.
+  if (lobe.separable && reflected < 1) reflected = 0.5f * (reflected + dielectric_share(lobe, cos_normal, cos_theta, eta));
   const float r = reflected * luminance(lobe.color), t = (1 - reflected) * luminance(lobe.color2);
   return r + t > 0 ? r / (r + t) : 0.5f;
 }
@@ -106,8 +125,9 @@ Vec3 microfacet(const Lobe& lobe, Vec3 wo, Vec3 wi) {
   const float eta = !transmits(lobe.type) || wo.z > 0 ? lobe.ior : 1 / lobe.ior;  // far side over wo's side
   if (wo.z * wi.z > 0) {
     const Vec3 h = normalize(wo + wi) * side;
-    const float d = ggx_d(h, lobe.alpha), g = ggx_g2(wo, wi, lobe.alpha);
-    return reflectance(lobe, std::abs(dot(wo, h)), eta) * (d * g / (4 * std::abs(wo.z * wi.z)));
+    const float d = ggx_d(h, lobe.alpha), g = visible_share(lobe, wo, wi);
+    const bool at_normal = lobe.separable && lobe.type == LobeType::kDielectric;
+    return reflectance(lobe, at_normal ? std::abs(wo.z) : std::abs(dot(wo, h)), eta) * (d * g / (4 * std::abs(wo.z * wi.z)));
   }
   if (!transmits(lobe.type)) return {};
   Vec3 h = wo + wi * eta;
@@ -116,10 +136,10 @@ Vec3 microfacet(const Lobe& lobe, Vec3 wo, Vec3 wi) {
   if (h.z * side < 0) h = -h;
   const float cos_o = dot(wo, h), cos_i = dot(wi, h);
   if (cos_o <= 0 || cos_i >= 0) return {};
-  const float f = lobe.type == LobeType::kRefraction ? 0.0f : fresnel_dielectric(std::abs(cos_o), eta);
+  const float f = lobe.type == LobeType::kRefraction ? 0.0f : dielectric_share(lobe, wo.z, std::abs(cos_o), eta);
   if (f >= 1) return {};
   const float denominator = square(cos_o + eta * cos_i);
-  const float value = (1 - f) * ggx_d(h, lobe.alpha) * ggx_g2(wo, wi, lobe.alpha) * std::abs(cos_i * cos_o / (wi.z * wo.z * denominator));
+  const float value = (1 - f) * ggx_d(h, lobe.alpha) * visible_share(lobe, wo, wi) * std::abs(cos_i * cos_o / (wi.z * wo.z * denominator));
   // No eta^2 here: eta belongs to wo's side, and this is what radiance toward wo takes (Veach 5.2). A photon evaluates the same f.
   return (lobe.type == LobeType::kRefraction ? lobe.color : lobe.color2) * value;
 }
@@ -144,7 +164,7 @@ float lobe_pdf(const Lobe& lobe, Vec3 given, Vec3 sampled) {
     const Vec3 h = normalize(g + s);
     const float cos_g = dot(g, h);
     if (cos_g <= 0) return 0;
-    return reflection_probability(lobe, cos_g, eta) * visible_normal_pdf(g, h, lobe.alpha) / (4 * cos_g);
+    return reflection_probability(lobe, g.z, cos_g, eta) * visible_normal_pdf(g, h, lobe.alpha) / (4 * cos_g);
   }
   if (!transmits(lobe.type)) return 0;
   Vec3 h = g + s * eta;
@@ -153,7 +173,7 @@ float lobe_pdf(const Lobe& lobe, Vec3 given, Vec3 sampled) {
   if (h.z < 0) h = -h;
   const float cos_g = dot(g, h), cos_s = dot(s, h);
   if (cos_g <= 0 || cos_s >= 0) return 0;
-  return (1 - reflection_probability(lobe, cos_g, eta)) * visible_normal_pdf(g, h, lobe.alpha) * square(eta) * std::abs(cos_s) /
+  return (1 - reflection_probability(lobe, g.z, cos_g, eta)) * visible_normal_pdf(g, h, lobe.alpha) * square(eta) * std::abs(cos_s) /
          square(cos_g + eta * cos_s);
 }
 
@@ -212,7 +232,7 @@ std::optional<BsdfSample> sample_about_normal(const Lobe& lobe, const ShadingPoi
     const Vec3 h = lobe.smooth() ? Vec3{0, 0, 1} : sample_visible_normal(given * side, lobe.alpha, u[0], u[1]);
     const float cos_h = dot(given * side, h);
     if (cos_h <= 0) return std::nullopt;
-    const float p = reflection_probability(lobe, cos_h, eta);
+    const float p = reflection_probability(lobe, given.z * side, cos_h, eta);
     const bool reflected = u[2] < p;
     if (reflected) {
       local = reflect(given * side, h) * side;
@@ -255,7 +275,7 @@ float estimated_albedo(const Lobe& lobe, const ShadingPoint& at, Vec3 given_worl
     case LobeType::kDiffuse:
     case LobeType::kRetroDiffuse: return weight * cover * luminance(lobe.color);
     case LobeType::kCoat: return weight * cover * luminance(lobe.color) * fresnel_dielectric(c, lobe.ior);
-    case LobeType::kConductor: return weight * cover * luminance(lerp(lobe.color, lobe.color2, schlick(c)));
+    case LobeType::kConductor: return weight * cover * luminance(lerp(lobe.color, lobe.color2, edge_share(lobe, c)));
     case LobeType::kRefraction: return weight * cover * luminance(lobe.color);
     default: return weight * cover * 0.5f * (luminance(lobe.color) + luminance(lobe.color2));
   }

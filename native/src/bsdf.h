@@ -24,6 +24,8 @@ struct Lobe {
   float roughness = 0;
   float alpha = 0;       // GGX; 0 is perfectly smooth
   float ior = 1;         // inside over outside
+  bool edge_by_ior = false;  // conductor: color2 is reached as a dielectric of index `ior` reaches 1
+  bool separable = false;    // masking and shadowing independent; Fresnel shares of glass at the shading normal
   const class AlbedoTable* multiple_scattering = nullptr;  // gives back lost energy if set
   const AlbedoTable* multiple_scattering_inside = nullptr; // the same where light is seen from inside a dielectric
   const AlbedoTable* cover = nullptr;                      // the coat that lies above, if any
@@ -31,6 +33,13 @@ struct Lobe {
 
   bool diffuse() const { return type == LobeType::kDiffuse || type == LobeType::kRetroDiffuse; }
   bool smooth() const { return !diffuse() && alpha == 0; }
+  // The share of a lamp's light scattered here that photons carry on, where camera paths could find the rest. Falls smoothly with
+  // roughness, so that no picture changes abruptly with it.
+  float photon_share() const { return diffuse() ? 0.0f : sharpness(roughness); }
+  static float sharpness(float roughness) {
+    const float t = std::clamp((roughness - 0.25f) * 4, 0.0f, 1.0f);
+    return 1 - t * t * (3 - 2 * t);
+  }
 };
 
 // Directions and normals of a surface point, as lobes need them.

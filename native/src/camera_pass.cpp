@@ -15,12 +15,11 @@ class CameraPath {
 
   CameraSample follow(float pixel_x, float pixel_y) {
     ray_ = first_ray(pixel_x, pixel_y);
-    for (uint32_t depth = 0; depth < settings_.max_depth;) {
+    for (uint32_t depth = 0;;) {
       const auto surface = trace();
-      if (!surface) break;
+      if (!surface) return sample_;
       if (first_hit_) note_first_hit(*surface);
-      const bool last = depth + 1 == settings_.max_depth;
-      switch (scatter(*surface, last)) {
+      switch (scatter(*surface, depth + 1 == settings_.max_depth)) {
         case Next::kEnd: return sample_;
         case Next::kThrough:
           if (++passes_ > kMostPasses) return sample_;
@@ -28,7 +27,6 @@ class CameraPath {
         case Next::kBounce: ++depth; break;
       }
     }
-    return sample_;
   }
 
  private:
@@ -50,15 +48,15 @@ class CameraPath {
     const float near = since_scatter_;
     since_scatter_ += distance;
     const auto add = [&](const EmittedLight& light) {
-      sample_.direct += beta_ * light.radiance * (mis_pdf_ > 0 ? mis_weight(mis_pdf_, light.pdf_solid_angle) : 1.0f);
+      *sum_ += beta_ * light.radiance * (share_ * (mis_pdf_ > 0 ? mis_weight(mis_pdf_, light.pdf_solid_angle) : 1.0f));
     };
-    if (!camera_ray_) scene_.lights.visit_lamps(scattered_at_, ray_.direction, near, since_scatter_, add);
+    if (!camera_ray_ && share_ > 0) scene_.lights.visit_lamps(scattered_at_, ray_.direction, near, since_scatter_, add);
     if (surface) {
-      sample_.point.path_length += distance;
-      add(scene_.emitted(*surface, -ray_.direction, since_scatter_));
+      if (!waiting_) sample_.point.path_length += distance;
+      add(scene_.emitted(*surface, -ray_.direction, scattered_at_, since_scatter_));
     } else {
       if (camera_ray_) sample_.alpha = settings_.transparent_film ? 1 - std::min(1.0f, luminance(beta_)) : 1.0f;
-      if (!camera_ray_ || !settings_.transparent_film) scene_.lights.visit_infinite(ray_.direction, camera_ray_, add);
+      if (!camera_ray_ || !settings_.transparent_film) scene_.lights.visit_infinite(scattered_at_, ray_.direction, camera_ray_, add);
     }
     return surface;
   }
@@ -72,6 +70,7 @@ class CameraPath {
   Next scatter(const SurfacePoint& s, bool last) {
     const Vec3 wo = -ray_.direction;
     const Vec3 transparency = scene_.transparency(s);
+    if (final_) return pass_through(s, transparency);
     const Bsdf bsdf = scene_.bsdf(s);
     const LobeChoice choice(bsdf, transparency, wo);
     const Sample4 u = sampler_.next();
@@ -87,11 +86,17 @@ class CameraPath {
     }
     const Lobe& lobe = bsdf.lobes[chosen];
     const float probability = choice.probability[static_cast<size_t>(chosen)];
-    const bool waits = lobe.diffuse() || (last && !lobe.smooth());
-    if (waits) make_visible_point(s, bsdf, lobe, wo, probability);
-    // Where the path waits for photons, its next direction still is the second half of direct light.
-    if (last && !waits) return Next::kEnd;
-    if (waits && !scene_.lights.can_be_met()) return Next::kEnd;
+    if (waiting_) {
+      sum_ = &sample_.indirect;
+      share_ = 1 - lobe.photon_share();
+    } else if (lobe.diffuse() || (last && !lobe.smooth())) {
+      make_visible_point(s, bsdf, lobe, wo, probability);
+      waiting_ = true;
+      final_ = !settings_.trace_indirect;
+    }
+    final_ |= last;
+    // What the last ray is for is the second half of direct light.
+    if (final_ && (lobe.smooth() || !scene_.lights.can_be_met())) return Next::kEnd;
     const Sample4 v = sampler_.next();
     const auto next = sample(lobe, bsdf.at, wo, {v[0], v[1], v[2]}, Transport::kRadiance);
     if (!next || is_black(next->weight)) return Next::kEnd;
@@ -101,13 +106,16 @@ class CameraPath {
     scattered_at_ = ray_.origin;
     since_scatter_ = 0;
     camera_ray_ = false;
-    if (waits) {
-      finish_direct_light();
-      return Next::kEnd;
-    }
     // Entering glass divides radiance by eta^2 and leaving multiplies it: not a reason to end a path.
     if (dot(next->direction, s.ng) * dot(wo, s.ng) < 0) index_scale_ *= square(dot(wo, s.ng) > 0 ? lobe.ior : 1 / lobe.ior);
     return survives(v[3]) ? Next::kBounce : Next::kEnd;
+  }
+
+  Next pass_through(const SurfacePoint& s, Vec3 transparency) {
+    beta_ *= transparency;
+    if (is_black(beta_)) return Next::kEnd;
+    ray_ = s.spawn(ray_.direction);
+    return Next::kThrough;
   }
 
   bool survives(float u) {
@@ -130,34 +138,15 @@ class CameraPath {
       const Vec3 value = evaluate(lobe, bsdf.at, wo, light->wi);
       if (is_black(value)) continue;
       const float other = choice.probability[static_cast<size_t>(i)] * pdf_solid_angle(lobe, bsdf.at, wo, light->wi);
-      f += value * (light->delta ? 1.0f : mis_weight(light->pdf, other));
+      const float share = waiting_ ? 1 - lobe.photon_share() : 1.0f;
+      f += value * (share * (light->delta ? 1.0f : mis_weight(light->pdf, other)));
     }
     if (is_black(f)) return;
     Vec3 value = beta_ * f * light->radiance * (std::abs(dot(light->wi, bsdf.at.frame.n)) / light->pdf);
     if (light->casts_shadow) {
-      Ray shadow = s.spawn(light->wi, light->distance);
-      // Short of the light where it is a surface itself.
-      if (light->on_surface) shadow.far = light->distance * (1 - 1e-4f) - s.offset;
-      value *= scene_.transmittance(shadow, counts_.shadow);
+      value *= scene_.transmittance(light->end ? s.spawn_to(*light->end) : s.spawn(light->wi, light->distance), counts_.shadow);
     }
-    sample_.direct += value;
-  }
-
-  void finish_direct_light() {
-    for (int i = 0; i < kMostPasses; ++i) {
-      const auto surface = trace_from_visible_point();
-      if (!surface) return;
-      beta_ *= scene_.transparency(*surface);
-      if (is_black(beta_)) return;
-      ray_ = surface->spawn(ray_.direction);
-    }
-  }
-
-  std::optional<SurfacePoint> trace_from_visible_point() {
-    const float length = sample_.point.path_length;
-    const auto surface = trace();
-    sample_.point.path_length = length;
-    return surface;
+    (waiting_ ? sample_.indirect : sample_.direct) += value;
   }
 
   void make_visible_point(const SurfacePoint& s, const Bsdf& bsdf, const Lobe& lobe, Vec3 wo, float probability) {
@@ -195,7 +184,11 @@ class CameraPath {
   float mis_pdf_ = 0;        // of the last scattered direction; 0: direct light had no part in it
   Vec3 scattered_at_;        // where the ray got its direction
   float since_scatter_ = 0;  // distance from there to where it has come
+  Vec3* sum_ = &sample_.direct;  // where light goes that the ray meets
+  float share_ = 1;          // of that light; the rest is carried by photons
   bool camera_ray_ = true, first_hit_ = true;
+  bool waiting_ = false;     // the path has made its visible point
+  bool final_ = false;       // the ray only looks for lights
   int passes_ = 0;
 };
 
@@ -223,7 +216,7 @@ bool run_camera_pass(const Scene& scene, const PathSettings& settings, uint64_t 
       const Sampler sampler(hash64(settings.seed ^ kCameraStream, px << 32 | py), iteration);
       CameraPath path(scene, settings, sampler, samples.lobes[tile], tile_counts[tile]);
       CameraSample sample = path.follow(static_cast<float>(px), static_cast<float>(py));
-      if (!is_finite(sample.direct) || !is_finite(sample.point.weight) || !is_finite(sample.point.p)) {
+      if (!is_finite(sample.direct + sample.indirect) || !is_finite(sample.point.weight) || !is_finite(sample.point.p)) {
         sample = CameraSample{};
         ++tile_counts[tile].dropped;
       }

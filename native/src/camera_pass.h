@@ -1,4 +1,5 @@
-// Follows one camera path per pixel: direct light on the way, and a visible point where it waits for photons.
+// Follows one camera path per pixel: direct light on the way, a visible point where it waits for photons, and, if asked for, the
+// path's further way for all light that photons leave to it.
 #pragma once
 
 #include <atomic>
@@ -17,6 +18,7 @@ struct PathSettings {
   float filter_reach = 1.5f;  // pixels: of the window to either side, or the whole width of the box
   bool box_filter = false;
   bool transparent_film = false;
+  bool trace_indirect = false;  // camera paths go on behind their visible point
 };
 
 inline constexpr uint64_t kTileSize = 16;

@@ -1,11 +1,11 @@
 #include "film.h"
 
+#include <numeric>
+
 namespace sppm {
 namespace {
 
 constexpr uint64_t kGrain = 1024;
-// First search radius in pixel footprints: about 28 photons where there is one a pixel.
-constexpr float kFirstRadius = 3;
 // Neighbouring photons belong to the same surface if its normal has turned by less than 45 degrees.
 constexpr float kSameSurface = 0.7f;
 // Positions carry about 24 bits; a search radius below a few of the last ones would select by rounding.
@@ -31,14 +31,18 @@ class Gatherer {
       value *= shading / geometric;
       if (lobe_) value *= evaluate(*lobe_, at_, wo_, wi);
     }
-    const Vec3 weighted = value * vp_.weight;
-    if (is_black(weighted) || !is_finite(weighted)) return;  // what adds nothing does not shrink the radius
+    const float worth = dot(value, vp_.weight);
+    if (!(worth > 0 && worth < kInfinity)) {  // what adds nothing does not shrink the radius
+      dropped_ += worth != 0;
+      return;
+    }
     sum_ += value;
     ++count_;
   }
 
   Vec3 phi() const { return sum_ * vp_.weight; }
   uint32_t count() const { return count_; }
+  uint64_t dropped() const { return dropped_; }
 
  private:
   const VisiblePoint& vp_;
@@ -48,6 +52,7 @@ class Gatherer {
   bool flat_;
   Vec3 sum_;
   uint32_t count_ = 0;
+  uint64_t dropped_ = 0;
 };
 
 }  // namespace
@@ -61,9 +66,11 @@ void Film::start_radii(const Camera& camera, const CameraSamples& samples, doubl
   threads.for_blocks(pixels_.size(), kGrain, [&](uint64_t begin, uint64_t end) {
     for (uint64_t i = begin; i < end; ++i) {
       const VisiblePoint& vp = samples.pixels[i].point;
-      if (!vp.valid() || pixels_[i].photons[0].radius > 0) continue;
-      const float wanted = initial_radius > 0 ? static_cast<float>(initial_radius) : kFirstRadius * camera.footprint(vp.path_length);
-      for (ProgressiveEstimate& e : pixels_[i].photons) e.radius = static_cast<double>(std::max(wanted, smallest_radius(vp.p)));
+      Pixel& pixel = pixels_[i];
+      if (!vp.valid() || pixel.footprint > 0) continue;
+      const double footprint = initial_radius > 0 ? initial_radius / kFirstRadius : static_cast<double>(camera.footprint(vp.path_length));
+      pixel.footprint = std::max(static_cast<float>(footprint), std::numeric_limits<float>::min());
+      for (PhotonEstimate& e : pixel.photons) e.radius = std::max(kFirstRadius * footprint, static_cast<double>(smallest_radius(vp.p)));
     }
   });
 }
@@ -78,44 +85,53 @@ void Film::announce(const CameraSamples& samples, PhotonMaps& maps, const Thread
   }
 }
 
-void Film::gather(const CameraSamples& samples, const PhotonMaps& maps, uint64_t width, const Threads& threads,
-                  std::vector<Found>& found) const {
-  found.resize(pixels_.size());
-  const uint64_t height = pixels_.size() / width;
-  threads.for_each(tile_count(width, height), [&](uint64_t tile) {
+uint64_t Film::update(const CameraSamples& samples, const PhotonMaps& maps, const PhotonRules& rules, uint64_t width,
+                      const Threads& threads) {
+  const bool first = iterations_++ == 0;
+  const uint64_t height = pixels_.size() / width, tiles = tile_count(width, height);
+  std::vector<uint64_t> dropped(tiles, 0);
+  threads.for_each(tiles, [&](uint64_t tile) {
     visit_tile(tile, width, height, [&](uint64_t x, uint64_t y) {
       const uint64_t i = y * width + x;
-      const VisiblePoint& vp = samples.pixels[i].point;
-      found[i] = {};
-      if (!vp.valid()) return;
-      const Lobe* lobe = vp.lobe == VisiblePoint::kLambert ? nullptr : &samples.lobes[tile][vp.lobe];
-      for (size_t kind = 0; kind < kPhotonKinds; ++kind) {
-        Gatherer gatherer(vp, lobe);
-        maps[kind].visit_within(vp.p, static_cast<float>(pixels_[i].photons[kind].radius), [&](const Photon& photon) { gatherer.add(photon); });
-        found[i].phi[kind] = gatherer.phi();
-        found[i].count[kind] = gatherer.count();
-      }
-    });
-  });
-}
-
-void Film::update(const CameraSamples& samples, const std::vector<Found>& found, double gamma, const Threads& threads) {
-  const bool first = updates_++ == 0;
-  threads.for_blocks(pixels_.size(), kGrain, [&](uint64_t begin, uint64_t end) {
-    for (uint64_t i = begin; i < end; ++i) {
       const CameraSample& sample = samples.pixels[i];
       Pixel& pixel = pixels_[i];
       pixel.direct[0] += static_cast<double>(sample.direct.x);
       pixel.direct[1] += static_cast<double>(sample.direct.y);
       pixel.direct[2] += static_cast<double>(sample.direct.z);
+      pixel.photons[kIndirect].add(sample.indirect);
       pixel.alpha += static_cast<double>(sample.alpha);
       if (first && !depth_.empty()) depth_[i] = sample.depth;
       if (!normal_sum_.empty()) normal_sum_[i] += sample.normal;
-      if (!sample.point.valid()) continue;
-      for (size_t kind = 0; kind < kPhotonKinds; ++kind)
-        pixel.photons[kind].update(found[i].count[kind], found[i].phi[kind], gamma, smallest_radius(sample.point.p));
-    }
+      const VisiblePoint& vp = sample.point;
+      if (!vp.valid()) return;
+      const Lobe* lobe = vp.lobe == VisiblePoint::kLambert ? nullptr : &samples.lobes[tile][vp.lobe];
+      for (size_t kind = 0; kind < kPhotonKinds; ++kind) {
+        if (rules.paths[kind] == 0) continue;
+        PhotonEstimate& estimate = pixel.photons[kind];
+        Gatherer gatherer(vp, lobe);
+        maps[kind].visit_within(vp.p, static_cast<float>(estimate.radius), [&](const Photon& photon) { gatherer.add(photon); });
+        estimate.update(gatherer.count(), gatherer.phi(), rules.paths[kind], rules.radius[kind], static_cast<double>(pixel.footprint),
+                        smallest_radius(vp.p));
+        dropped[tile] += gatherer.dropped();
+      }
+    });
   });
+  return std::accumulate(dropped.begin(), dropped.end(), uint64_t{0});
+}
+
+void Film::clear() {
+  std::fill(pixels_.begin(), pixels_.end(), Pixel{});
+  std::fill(normal_sum_.begin(), normal_sum_.end(), Vec3{});
+  iterations_ = 0;
+}
+
+double Film::share_with(PhotonKind kind, double least) const {
+  uint64_t seen = 0, enough = 0;
+  for (const Pixel& p : pixels_) {
+    seen += p.footprint > 0;
+    enough += p.photons[kind].count >= least;
+  }
+  return seen > 0 ? static_cast<double>(enough) / static_cast<double>(seen) : 0;
 }
 
 uint32_t Film::channels(SppmPass pass) {
@@ -128,8 +144,8 @@ uint32_t Film::channels(SppmPass pass) {
   }
 }
 
-void Film::read(SppmPass pass, uint64_t iterations, uint64_t emitted, float* out) const {
-  const double scale = iterations > 0 ? 1 / static_cast<double>(iterations) : 0;
+void Film::read(SppmPass pass, float* out) const {
+  const double scale = iterations_ > 0 ? 1 / static_cast<double>(iterations_) : 0;
   const auto put = [&](Vec3 c) { *out++ = c.x, *out++ = c.y, *out++ = c.z; };
   for (uint64_t i = 0; i < pixels_.size(); ++i) {
     const Pixel& p = pixels_[i];
@@ -140,14 +156,14 @@ void Film::read(SppmPass pass, uint64_t iterations, uint64_t emitted, float* out
     const auto& indirect = p.photons[kIndirect];
     switch (pass) {
       case SPPM_PASS_COMBINED:
-        put(direct() + caustic.radiance(emitted) + indirect.radiance(emitted));
+        put(direct() + caustic.radiance(iterations_) + indirect.radiance(iterations_));
         *out++ = static_cast<float>(p.alpha * scale);
         break;
       case SPPM_PASS_DEPTH: *out++ = depth_.empty() ? 0 : depth_[i]; break;
       case SPPM_PASS_NORMAL: put(normal_sum_.empty() ? Vec3{} : normal_sum_[i] * static_cast<float>(scale)); break;
       case SPPM_PASS_DIRECT: put(direct()); break;
-      case SPPM_PASS_INDIRECT: put(indirect.radiance(emitted)); break;
-      case SPPM_PASS_CAUSTICS: put(caustic.radiance(emitted)); break;
+      case SPPM_PASS_INDIRECT: put(indirect.radiance(iterations_)); break;
+      case SPPM_PASS_CAUSTICS: put(caustic.radiance(iterations_)); break;
       case SPPM_PASS_RADIUS: *out++ = static_cast<float>(caustic.count > 0 ? caustic.radius : indirect.radius); break;
       default: *out++ = static_cast<float>(caustic.count + indirect.count);
     }

@@ -13,32 +13,37 @@
 namespace sppm {
 
 struct Pixel {
-  std::array<ProgressiveEstimate, kPhotonKinds> photons;
+  std::array<PhotonEstimate, kPhotonKinds> photons;  // what paths bring from other surfaces is in the sum of kIndirect
   double direct[3] = {0, 0, 0};
   double alpha = 0;
+  float footprint = 0;  // size of the pixel where it first saw a surface [m]; 0 until then
+};
+
+// How an iteration ends for each kind of photons.
+struct PhotonRules {
+  std::array<RadiusRule, kPhotonKinds> radius;
+  std::array<uint64_t, kPhotonKinds> paths{};  // sent in this iteration
 };
 
 class Film {
  public:
   Film(uint64_t pixels, uint64_t passes);
 
-  // Gives a pixel that has its first visible point its first radius, [16.2.4]: `initial_radius`, or by the pixel's footprint if 0.
+  // Gives a pixel that has its first visible point its first radius: `initial_radius`, or by the pixel's footprint if 0.
   void start_radii(const Camera& camera, const CameraSamples& samples, double initial_radius, const Threads& threads);
   // Tells the maps where they will be asked.
   void announce(const CameraSamples& samples, PhotonMaps& maps, const Threads& threads) const;
-
-  // What each pixel's visible point found in one iteration. Apart from the sums, so that a cancelled iteration leaves them alone.
-  struct Found {
-    std::array<Vec3, kPhotonKinds> phi;
-    std::array<uint32_t, kPhotonKinds> count{};
-  };
-  void gather(const CameraSamples& samples, const PhotonMaps& maps, uint64_t width, const Threads& threads, std::vector<Found>& found) const;
-  // Ends an iteration.
-  void update(const CameraSamples& samples, const std::vector<Found>& found, double gamma, const Threads& threads);
+  // Ends an iteration: each pixel, alone, sums the photons around its visible point and chooses its next radii. Returns how many
+  // contributions were left out because they were not finite.
+  uint64_t update(const CameraSamples& samples, const PhotonMaps& maps, const PhotonRules& rules, uint64_t width, const Threads& threads);
+  // Forgets all iterations.
+  void clear();
+  // Share of the pixels with a visible point that found at least `least` photons of a kind.
+  double share_with(PhotonKind kind, double least) const;
 
   static uint32_t channels(SppmPass pass);
-  // `iterations` done with `emitted` photon paths in all; `out` has pixels * channels floats.
-  void read(SppmPass pass, uint64_t iterations, uint64_t emitted, float* out) const;
+  // Of all iterations done; `out` has pixels * channels floats.
+  void read(SppmPass pass, float* out) const;
   const Pixel& pixel(uint64_t i) const { return pixels_[i]; }
   uint64_t memory() const;
 
@@ -46,7 +51,7 @@ class Film {
   std::vector<Pixel> pixels_;
   std::vector<float> depth_;         // of the first iteration
   std::vector<Vec3> normal_sum_;
-  uint64_t updates_ = 0;
+  uint64_t iterations_ = 0;
 };
 
 }  // namespace sppm

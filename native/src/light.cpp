@@ -1,12 +1,16 @@
 #include "light.h"
 
+#include <numeric>
+
 #include "color.h"
+#include "mesh.h"
 #include "status.h"
 
 namespace sppm {
 namespace {
 
 constexpr int kLargestMap = 1024;  // cells across the environment's sampling table
+constexpr uint64_t kMostLooks = 1 << 16;  // at the textures of one emitting mesh, to know where it is bright
 
 Vec3 unit_axis(const Affine& m, int column, const std::string& where) {
   const Vec3 a = m.column(column);
@@ -25,6 +29,20 @@ bool direct_only(uint32_t flags) { return flags & (SPPM_LIGHT_HIDDEN_FROM_SPECUL
 
 // 1 - cos(angle), exact for small angles.
 float versine(float angle) { return 2 * square(std::sin(angle / 2)); }
+
+// A direction in which a surface of constant radiance shines, with cos / pdf [sr].
+struct SurfaceDirection {
+  Vec3 direction;
+  float cos_over_pdf;
+};
+std::optional<SurfaceDirection> sample_surface_direction(Vec3 p, Vec3 normal, const Targets* targets, Vec2 u, float target) {
+  if (!targets) return SurfaceDirection{normalize(Frame(normal).to_world(sample_cosine_hemisphere(u))), kPi};
+  const auto aimed = targets->sample_direction(p, 0, {normal, 0}, u, target);
+  if (!aimed) return std::nullopt;
+  const float cosine = dot(aimed->direction, normal);
+  if (cosine <= 0) return std::nullopt;
+  return SurfaceDirection{aimed->direction, cosine / aimed->pdf_solid_angle};
+}
 
 }  // namespace
 
@@ -81,14 +99,17 @@ void Lights::set_world(const SppmWorldDesc& d) {
 }
 
 uint32_t Lights::add_triangles(std::vector<EmissiveTriangle> triangles) {
+  // A textured triangle is looked at in a few places, more where triangles are few; the least weight keeps what they missed possible.
+  const uint64_t looks = std::clamp<uint64_t>(kMostLooks / std::max<size_t>(triangles.size(), 1), 4, 4096);
   std::vector<double> weights;
   for (EmissiveTriangle& t : triangles) {
+    for (const Vec3 p : t.p) t.reach = std::max(t.reach, max_component(abs(p)));
     t.area = 0.5 * static_cast<double>(length(cross(t.p[1] - t.p[0], t.p[2] - t.p[0])));
-    // A textured triangle is sampled at a few points; the least weight keeps those it missed possible.
+    const uint64_t n = materials_->textured(t.material) ? looks : 1;
     double brightness = 0;
-    for (const Vec2 b : {Vec2{1 / 3.f, 1 / 3.f}, Vec2{0.1f, 0.1f}, Vec2{0.8f, 0.1f}, Vec2{0.1f, 0.8f}})
-      brightness += 0.25 * static_cast<double>(luminance(triangle_emission(t, b)));
-    weights.push_back(t.area * brightness);
+    for (uint64_t k = 0; k < n; ++k)
+      brightness += static_cast<double>(luminance(triangle_emission(t, sample_triangle(Sampler(0, k).next().first()))));
+    weights.push_back(t.area * brightness / static_cast<double>(n));
   }
   double total_area = 0, total = 0;
   for (size_t i = 0; i < triangles.size(); ++i) total_area += triangles[i].area, total += weights[i];
@@ -112,12 +133,14 @@ double Lights::lamp_power(const Lamp& lamp) const {
       }
       return 2 * M_PI * static_cast<double>(lamp.one_minus_cos) * sum / kSteps * y;
     }
-    case SPPM_LIGHT_SUN: return M_PI * static_cast<double>(square(radius_)) * y;
+    case SPPM_LIGHT_SUN:  // through disks across its directions, of which those away from the axis bring less to a plane facing it
+      return M_PI * static_cast<double>(square(radius_)) * y * 2 / (2 - static_cast<double>(lamp.one_minus_cos));
     default: return M_PI * lamp.area * y;
   }
 }
 
-void Lights::commit(const Bounds& bounds) {
+void Lights::commit(const Bounds& bounds, Targets targets) {
+  targets_ = std::move(targets);
   center_ = bounds.empty() ? Vec3{} : bounds.center();
   radius_ = bounds.radius() * 1.001f;
   std::vector<double> powers;
@@ -146,15 +169,87 @@ void Lights::commit(const Bounds& bounds) {
     powers.push_back(M_PI * static_cast<double>(square(radius_)) * world_integral_);
   }
   by_power_ = Distribution(powers);
-  // A weak lamp nearby can outshine a strong one far away, so half of the choices for direct light ignore power.
-  size_t lit = 0;
-  for (const double p : powers) lit += p > 0;
-  std::vector<double> direct;
-  for (const double p : powers)
-    direct.push_back(p > 0 ? 0.5 * p / by_power_.total() + 0.5 / static_cast<double>(lit) : 0.0);
-  for_direct_ = Distribution(direct);
+  if (!targets_.empty()) {
+    std::vector<double> aimed;
+    for (size_t i = 0; i < entries_.size(); ++i) aimed.push_back(powers[i] > 0 ? aimed_power(entries_[i]) : 0.0);
+    const double all = std::accumulate(aimed.begin(), aimed.end(), 0.0);
+    // An estimate from few samples may miss what a light does to a target: none that shines is left out.
+    for (size_t i = 0; i < entries_.size(); ++i) aimed[i] += powers[i] > 0 ? 0.01 * all * powers[i] / by_power_.total() : 0.0;
+    by_aimed_power_ = Distribution(aimed);
+  }
+  build_choice();
   met_ = has_world_ || !suns_.empty() || !sized_lamps_.empty();
   for (const TriangleSet& set : triangle_sets_) met_ |= !set.choice.empty();
+}
+
+LightBounds Lights::lamp_bounds(const Lamp& lamp) const {
+  LightBounds b;
+  b.center = lamp.position, b.axis = lamp.axis;
+  b.intensity = luminance(lamp.emission);
+  switch (lamp.type) {
+    case SPPM_LIGHT_SUN: b.intensity = 0; break;
+    case SPPM_LIGHT_POINT: b.radius = lamp.radius; break;
+    case SPPM_LIGHT_SPOT:
+      // The fall-off belongs to the point of a lamp's sphere that is seen, so the cone is that of the whole sphere.
+      b.radius = lamp.radius, b.spread = lamp.radius > 0 ? kPi : std::acos(std::clamp(lamp.cos_half, -1.0f, 1.0f));
+      break;
+    default:
+      b.radius = length(max(abs(lamp.x + lamp.y), abs(lamp.x - lamp.y)));
+      b.intensity *= static_cast<float>(lamp.area);
+      b.spread = 0, b.fade = kPi / 2;
+  }
+  return b;
+}
+
+void Lights::build_choice() {
+  std::vector<LightBounds> near(entries_.size());
+  std::vector<double> far;
+  for (uint32_t i = 0; i < entries_.size(); ++i) {
+    const Entry& entry = entries_[i];
+    double irradiance = 0;
+    if (entry.kind == Kind::kLamp) {
+      near[i] = lamp_bounds(lamps_[entry.index]);
+      if (lamps_[entry.index].type == SPPM_LIGHT_SUN) irradiance = static_cast<double>(luminance(lamps_[entry.index].emission));
+    } else if (entry.kind == Kind::kTriangles) {
+      const TriangleSet& set = triangle_sets_[entry.index];
+      Bounds bounds;
+      for (const EmissiveTriangle& t : set.triangles)
+        for (const Vec3 p : t.p) bounds.add(p);
+      near[i].center = bounds.center(), near[i].radius = bounds.radius();
+      near[i].intensity = static_cast<float>(set.choice.total());
+    } else {
+      irradiance = world_integral_ / 4;  // of a hemisphere of the mean radiance
+    }
+    if (irradiance <= 0) continue;
+    far_entries_.push_back(i);
+    far.push_back(irradiance);
+  }
+  near_.build(near);
+  far_ = Distribution(far);
+}
+
+std::optional<LightTree::Choice> Lights::choose(Vec3 p, float& u) const {
+  const float near = near_.irradiance(p), total = near + static_cast<float>(far_.total());
+  if (!(total > 0)) return std::nullopt;
+  const float share = near / total;
+  if (u < share) {
+    u = std::min(u / share, 0x1.fffffep-1f);
+    auto choice = near_.sample(p, u);
+    if (choice) choice->probability *= share;
+    return choice;
+  }
+  u = std::min((u - share) / (1 - share), 0x1.fffffep-1f);
+  if (far_.empty()) return std::nullopt;
+  const size_t i = far_.sample(u);
+  return LightTree::Choice{far_entries_[i], (1 - share) * far_.probability(i)};
+}
+
+float Lights::probability(uint32_t entry, Vec3 p) const {
+  const float near = near_.irradiance(p), total = near + static_cast<float>(far_.total());
+  if (!(total > 0)) return 0;
+  for (size_t i = 0; i < far_entries_.size(); ++i)
+    if (far_entries_[i] == entry) return (1 - near / total) * far_.probability(i);
+  return near / total * near_.probability(entry, p);
 }
 
 Vec3 Lights::spot_factor(const Lamp& lamp, float cos_theta) const {
@@ -217,7 +312,7 @@ std::optional<DirectSample> Lights::sample_lamp(const Lamp& lamp, Vec3 p, Vec2 u
 std::optional<EmittedLight> Lights::lamp_along(uint32_t i, Vec3 origin, Vec3 direction, float near, float far) const {
   const Lamp& lamp = lamps_[i];
   // Infinite where direct light takes all: the weight of a rough surface's ray is then 0.
-  const float choice = direct_only(lamp.flags) ? kInfinity : for_direct_.probability(lamp_entry_[i]);
+  const auto choice = [&] { return direct_only(lamp.flags) ? kInfinity : probability(lamp_entry_[i], origin); };
   const Vec3 to_center = lamp.position - origin;
   if (lamp.type == SPPM_LIGHT_POINT || lamp.type == SPPM_LIGHT_SPOT) {
     const float d2 = length_squared(to_center), r2 = square(lamp.radius);
@@ -228,7 +323,7 @@ std::optional<EmittedLight> Lights::lamp_along(uint32_t i, Vec3 origin, Vec3 dir
     if (t <= near || t > far) return std::nullopt;
     const float sin2 = r2 / d2;
     const float one_minus_cos = sin2 / (1 + safe_sqrt(1 - sin2));
-    return EmittedLight{lamp.emission * spot_factor(lamp, dot(-direction, lamp.axis)) / (kPi * r2), choice / (2 * kPi * one_minus_cos)};
+    return EmittedLight{lamp.emission * spot_factor(lamp, dot(-direction, lamp.axis)) / (kPi * r2), choice() / (2 * kPi * one_minus_cos)};
   }
   const float cosine = -dot(direction, lamp.axis);
   if (cosine <= 0) return std::nullopt;
@@ -238,14 +333,14 @@ std::optional<EmittedLight> Lights::lamp_along(uint32_t i, Vec3 origin, Vec3 dir
   const float a = dot(q, lamp.x) / length_squared(lamp.x), b = dot(q, lamp.y) / length_squared(lamp.y);
   const bool inside = lamp.type == SPPM_LIGHT_ELLIPSE ? a * a + b * b <= 1 : std::abs(a) <= 1 && std::abs(b) <= 1;
   if (!inside) return std::nullopt;
-  return EmittedLight{lamp.emission, choice * t * t / (cosine * static_cast<float>(lamp.area))};
+  return EmittedLight{lamp.emission, choice() * t * t / (cosine * static_cast<float>(lamp.area))};
 }
 
-std::optional<EmittedLight> Lights::sun_along(uint32_t i, Vec3 direction) const {
+std::optional<EmittedLight> Lights::sun_along(uint32_t i, Vec3 origin, Vec3 direction) const {
   const Lamp& lamp = lamps_[i];
   const float off = 0.5f * length_squared(direction + lamp.axis);  // 1 - cos to the sun's centre
   if (off > lamp.one_minus_cos) return std::nullopt;
-  const float choice = direct_only(lamp.flags) ? kInfinity : for_direct_.probability(lamp_entry_[i]);
+  const float choice = direct_only(lamp.flags) ? kInfinity : probability(lamp_entry_[i], origin);
   return EmittedLight{lamp.emission / (kPi * lamp.one_minus_cos * (2 - lamp.one_minus_cos)), choice / (2 * kPi * lamp.one_minus_cos)};
 }
 
@@ -262,9 +357,9 @@ std::optional<DirectSample> Lights::sample_triangles(const TriangleSet& set, Vec
   const size_t i = set.choice.sample(choice);
   const EmissiveTriangle& t = set.triangles[i];
   const Vec2 b = sample_triangle(u);
-  const Vec3 to_point = t.p[0] * (1 - b.x - b.y) + t.p[1] * b.x + t.p[2] * b.y - p;
+  const Vec3 point = t.p[0] * (1 - b.x - b.y) + t.p[1] * b.x + t.p[2] * b.y, to_point = point - p;
   const float distance2 = length_squared(to_point);
-  const Vec3 normal = cross(t.p[1] - t.p[0], t.p[2] - t.p[0]);
+  const Vec3 e1 = t.p[1] - t.p[0], e2 = t.p[2] - t.p[0], normal = cross(e1, e2);
   if (distance2 <= 0) return std::nullopt;
   DirectSample s;
   s.distance = std::sqrt(distance2);
@@ -273,15 +368,17 @@ std::optional<DirectSample> Lights::sample_triangles(const TriangleSet& set, Vec
   if (!(cosine > 0)) return std::nullopt;
   s.pdf = set.choice.probability(i) * distance2 / (cosine * static_cast<float>(t.area));
   s.radiance = triangle_emission(t, b);
-  s.on_surface = true;
+  // The rounding of p, where the ray begins, is carried along to its end.
+  const float short_of = clearance(std::max(t.reach, max_component(abs(p))), e1, e2);
+  s.end = point + face_toward(normal / length(normal), -to_point) * short_of;
   return s;
 }
 
-float Lights::triangle_pdf_area(uint32_t set_index, uint32_t triangle) const {
+float Lights::triangle_pdf_area(uint32_t set_index, uint32_t triangle, Vec3 p) const {
   const TriangleSet& set = triangle_sets_[set_index];
   const double area = set.triangles[triangle].area;
   if (!(area > 0) || set.choice.empty()) return 0;
-  return for_direct_.probability(set_entry_[set_index]) * set.choice.probability(triangle) / static_cast<float>(area);
+  return probability(set_entry_[set_index], p) * set.choice.probability(triangle) / static_cast<float>(area);
 }
 
 std::optional<DirectSample> Lights::sample_world(Vec2 u) const {
@@ -294,88 +391,120 @@ std::optional<DirectSample> Lights::sample_world(Vec2 u) const {
 
 std::optional<DirectSample> Lights::sample_direct(Vec3 p, const Sample4& u) const {
   if (none()) return std::nullopt;
-  float choice = u[2];
-  const size_t i = for_direct_.sample(choice);
-  const Entry entry = entries_[i];
+  float fresh = u[2];
+  const auto choice = choose(p, fresh);
+  if (!choice) return std::nullopt;
+  const Entry entry = entries_[choice->light];
   auto s = entry.kind == Kind::kLamp        ? sample_lamp(lamps_[entry.index], p, u.first())
-           : entry.kind == Kind::kTriangles ? sample_triangles(triangle_sets_[entry.index], p, u.first(), choice)
+           : entry.kind == Kind::kTriangles ? sample_triangles(triangle_sets_[entry.index], p, u.first(), fresh)
                                             : sample_world(u.first());
   if (!s || !(s->pdf > 0) || !std::isfinite(s->pdf) || is_black(s->radiance)) return std::nullopt;
-  s->pdf *= for_direct_.probability(i);
+  s->pdf *= choice->probability;
   if (entry.kind == Kind::kLamp) s->delta |= direct_only(lamps_[entry.index].flags);
   return s;
 }
 
-PhotonStart Lights::emit_from_infinity(Vec3 toward_light, Vec3 weight, Vec2 u) const {
+PhotonStart Lights::emit_from_infinity(Vec3 toward_light, Vec3 weight, const Targets* targets, Vec2 u, float target) const {
+  if (targets) {
+    const Targets::Line line = targets->sample_line(toward_light, u, target);
+    const float height = radius_ + dot(center_ - line.point, toward_light);
+    return {line.point + toward_light * height, -toward_light, weight / line.pdf_area};
+  }
   const Vec2 d = sample_disk(u);
   const Frame frame(toward_light);
   const Vec3 origin = center_ + (frame.s * d.x + frame.t * d.y + toward_light) * radius_;
   return {origin, -toward_light, weight * (kPi * square(radius_))};
 }
 
-std::optional<PhotonStart> Lights::emit_lamp(const Lamp& lamp, const Sample4& u) const {
+std::optional<PhotonStart> Lights::emit_lamp(const Lamp& lamp, const Targets* targets, const Sample4& u, float target) const {
   switch (lamp.type) {
     case SPPM_LIGHT_SUN: {
       const Vec3 toward =
           lamp.one_minus_cos == 0 ? -lamp.axis : Frame(-lamp.axis).to_world(sample_cone(u.second(), lamp.one_minus_cos));
       const float radiance_over_pdf = 2 / (2 - lamp.one_minus_cos);  // (1 / (pi sin^2)) (2 pi (1 - cos))
-      return emit_from_infinity(normalize(toward), lamp.emission * (lamp.one_minus_cos == 0 ? 1 : radiance_over_pdf), u.first());
+      const Vec3 weight = lamp.emission * (lamp.one_minus_cos == 0 ? 1 : radiance_over_pdf);
+      return emit_from_infinity(normalize(toward), weight, targets, u.first(), target);
     }
     case SPPM_LIGHT_POINT:
     case SPPM_LIGHT_SPOT: {
       // A sphere that shines with I(omega) / (pi r^2) sends I(omega) through its disk across omega.
       const bool spot = lamp.type == SPPM_LIGHT_SPOT;
       const float one_minus_cos = spot ? lamp.one_minus_cos : 2.0f;
-      const Frame axis(spot ? lamp.axis : Vec3{0, 0, 1});
-      const Vec3 direction = normalize(axis.to_world(sample_cone(u.second(), one_minus_cos)));
+      const Cone cone{spot ? lamp.axis : Vec3{0, 0, 1}, spot ? lamp.cos_half : -1.0f};
+      Targets::Direction sample;
+      if (targets) {
+        const auto aimed = targets->sample_direction(lamp.position, lamp.radius, cone, u.second(), target);
+        if (!aimed) return std::nullopt;
+        sample = *aimed;
+      } else {
+        sample = {normalize(Frame(cone.axis).to_world(sample_cone(u.second(), one_minus_cos))), 1 / (2 * kPi * one_minus_cos)};
+      }
       const Vec2 d = sample_disk(u.first());
-      const Frame across(direction);
+      const Frame across(sample.direction);
       const float forward = safe_sqrt(1 - d.x * d.x - d.y * d.y);
-      const Vec3 origin = lamp.position + (across.s * d.x + across.t * d.y + direction * forward) * lamp.radius;
-      const Vec3 weight = lamp.emission * spot_factor(lamp, dot(direction, lamp.axis)) * (2 * kPi * one_minus_cos);
-      return PhotonStart{origin, direction, weight};
+      const Vec3 origin = lamp.position + (across.s * d.x + across.t * d.y + sample.direction * forward) * lamp.radius;
+      const Vec3 weight = lamp.emission * spot_factor(lamp, dot(sample.direction, lamp.axis)) / sample.pdf_solid_angle;
+      return PhotonStart{origin, sample.direction, weight};
     }
     default: {
       const Vec2 q = lamp.type == SPPM_LIGHT_ELLIPSE ? sample_disk(u.first()) : Vec2{2 * u[0] - 1, 2 * u[1] - 1};
-      const Vec3 direction = normalize(Frame(lamp.axis).to_world(sample_cosine_hemisphere(u.second())));
-      return PhotonStart{lamp.position + lamp.x * q.x + lamp.y * q.y, direction,
-                         lamp.emission * (kPi * static_cast<float>(lamp.area))};
+      const Vec3 origin = lamp.position + lamp.x * q.x + lamp.y * q.y;
+      const auto sample = sample_surface_direction(origin, lamp.axis, targets, u.second(), target);
+      if (!sample) return std::nullopt;
+      return PhotonStart{origin, sample->direction, lamp.emission * (sample->cos_over_pdf * static_cast<float>(lamp.area))};
     }
   }
 }
 
-std::optional<PhotonStart> Lights::emit_triangles(const TriangleSet& set, const Sample4& u, const Sample4& v) const {
+std::optional<PhotonStart> Lights::emit_triangles(const TriangleSet& set, const Targets* targets, const Sample4& u,
+                                                  const Sample4& v) const {
   float choice = v[1];
   const size_t i = set.choice.sample(choice);
   const EmissiveTriangle& t = set.triangles[i];
   const Vec2 b = sample_triangle(u.first());
-  const Vec3 cross_product = cross(t.p[1] - t.p[0], t.p[2] - t.p[0]);
+  const Vec3 e1 = t.p[1] - t.p[0], e2 = t.p[2] - t.p[0], cross_product = cross(e1, e2);
   const float l = length(cross_product);
   if (!(l > 0)) return std::nullopt;
   const Vec3 normal = choice < 0.5f ? cross_product / l : -cross_product / l;
-  const Vec3 direction = normalize(Frame(normal).to_world(sample_cosine_hemisphere(u.second())));
-  const float weight = 2 * kPi * static_cast<float>(t.area) / set.choice.probability(i);
-  const float scale = max_component(max(abs(t.p[0]), max(abs(t.p[1]), abs(t.p[2]))));
-  const Vec3 origin = t.p[0] * (1 - b.x - b.y) + t.p[1] * b.x + t.p[2] * b.y + normal * (32 * 0x1p-23f * scale);
-  return PhotonStart{origin, direction, triangle_emission(t, b) * weight};
+  const Vec3 origin = t.p[0] * (1 - b.x - b.y) + t.p[1] * b.x + t.p[2] * b.y + normal * clearance(t.reach, e1, e2);
+  const auto sample = sample_surface_direction(origin, normal, targets, u.second(), v[2]);
+  if (!sample) return std::nullopt;
+  const float weight = 2 * sample->cos_over_pdf * static_cast<float>(t.area) / set.choice.probability(i);
+  return PhotonStart{origin, sample->direction, triangle_emission(t, b) * weight};
 }
 
-std::optional<PhotonStart> Lights::emit(const Sample4& u, const Sample4& v) const {
-  if (none()) return std::nullopt;
-  float choice = v[0];
-  const size_t i = by_power_.sample(choice);
-  const Entry entry = entries_[i];
-  std::optional<PhotonStart> start;
-  if (entry.kind == Kind::kLamp) start = emit_lamp(lamps_[entry.index], u);
-  if (entry.kind == Kind::kTriangles) start = emit_triangles(triangle_sets_[entry.index], u, v);
-  if (entry.kind == Kind::kWorld) {
-    float pdf = 0;
-    const Vec3 toward = sample_world_direction(u.second(), pdf);
-    if (!(pdf > 0)) return std::nullopt;
-    start = emit_from_infinity(toward, world_radiance(toward) / pdf, u.first());
+std::optional<PhotonStart> Lights::emit_entry(Entry entry, const Targets* targets, const Sample4& u, const Sample4& v) const {
+  switch (entry.kind) {
+    case Kind::kLamp: return emit_lamp(lamps_[entry.index], targets, u, v[2]);
+    case Kind::kTriangles: return emit_triangles(triangle_sets_[entry.index], targets, u, v);
+    default: {
+      float pdf = 0;
+      const Vec3 toward = sample_world_direction(u.second(), pdf);
+      if (!(pdf > 0)) return std::nullopt;
+      return emit_from_infinity(toward, world_radiance(toward) / pdf, targets, u.first(), v[2]);
+    }
   }
+}
+
+// Luminance of the power that leaves toward the targets, from few samples [W].
+double Lights::aimed_power(Entry entry) const {
+  constexpr uint64_t kSamples = 32, kStream = 0x61696d;
+  double sum = 0;
+  for (uint64_t i = 0; i < kSamples; ++i) {
+    Sampler sampler(kStream, i);
+    const Sample4 u = sampler.next(), v = sampler.next();
+    if (const auto start = emit_entry(entry, &targets_, u, v)) sum += static_cast<double>(luminance(start->weight));
+  }
+  return sum / static_cast<double>(kSamples);
+}
+
+std::optional<PhotonStart> Lights::emit(const Distribution& lights, const Targets* targets, const Sample4& u, const Sample4& v) const {
+  if (lights.empty()) return std::nullopt;
+  float choice = v[0];
+  const size_t i = lights.sample(choice);
+  auto start = emit_entry(entries_[i], targets, u, v);
   if (!start || is_black(start->weight)) return std::nullopt;
-  start->weight *= 1 / by_power_.probability(i);
+  start->weight *= 1 / lights.probability(i);
   return start;
 }
 
@@ -384,7 +513,7 @@ std::optional<PhotonStart> Lights::emit(const Sample4& u, const Sample4& v) cons
 namespace {
 
 Vec2 direction_to_map(Vec3 d) {
-  return {0.5f - std::atan2(d.y, d.x) / (2 * kPi), 0.5f + std::atan2(d.z, std::hypot(d.x, d.y)) / kPi};
+  return {0.5f - std::atan2(d.y, d.x) / (2 * kPi), 0.5f + std::atan2(d.z, std::sqrt(d.x * d.x + d.y * d.y)) / kPi};
 }
 
 Vec3 map_to_direction(Vec2 uv) {
@@ -477,7 +606,5 @@ float Lights::world_direction_pdf(Vec3 d) const {
   const float lo = std::sin(kPi * (static_cast<float>(row) / h - 0.5f)), hi = std::sin(kPi * (static_cast<float>(row + 1) / h - 0.5f));
   return map_rows_.probability(row) * map_columns_[row].probability(column) * static_cast<float>(map_width_) / (2 * kPi * (hi - lo));
 }
-
-float Lights::world_pdf(Vec3 direction) const { return for_direct_.probability(world_entry_) * world_direction_pdf(direction); }
 
 }  // namespace sppm

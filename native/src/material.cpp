@@ -1,5 +1,6 @@
 #include "material.h"
 
+#include "color.h"
 #include "status.h"
 
 namespace sppm {
@@ -32,6 +33,14 @@ const AlbedoTable* Materials::table(LobeType type, float ior) {
   return slot.get();
 }
 
+float Materials::caster_strength(const Closure& c) {
+  if (!scatters(c.type) || c.type == SPPM_DIFFUSE) return 0;
+  const float sharpness = Lobe::sharpness(c.roughness.texture ? 0.0f : c.roughness.value.x);
+  const Vec3 color = c.type != SPPM_DIELECTRIC || c.flags & SPPM_CLOSURE_REFRACTION_ONLY ? c.color.value : max(c.color.value, c.color2.value);
+  const float reflected = c.type == SPPM_COAT ? fresnel_dielectric(0.5f, c.ior) : 1.0f;
+  return sharpness * luminance(c.weight.value) * luminance(color) * reflected;
+}
+
 uint32_t Materials::add(const SppmMaterialDesc& desc) {
   const std::string name = std::string("material '") + (desc.name ? desc.name : "") + "'";
   require(desc.closure_count <= kMaxClosures, name + ": closure_count must be at most 16");
@@ -46,7 +55,7 @@ uint32_t Materials::add(const SppmMaterialDesc& desc) {
     constexpr float kLargest = 1e30f;
     Closure closure{type, c.flags, param(c.weight, where + " weight", kLargest), param(c.color, where + " color", kLargest),
                     param(c.color2, where + " color2", kLargest), param(c.roughness, where + " roughness", 1), c.ior};
-    const bool has_ior = type == SPPM_DIELECTRIC || type == SPPM_COAT;
+    const bool has_ior = type == SPPM_DIELECTRIC || type == SPPM_COAT || (type == SPPM_CONDUCTOR && c.flags & SPPM_CLOSURE_EDGE_BY_IOR);
     require(!has_ior || (std::isfinite(c.ior) && c.ior > 0), where + ": ior must be finite and above 0");
     if (c.flags & SPPM_CLOSURE_PRESERVE_ENERGY && type != SPPM_DIFFUSE && scatters(type))
       closure.multiple_scattering =
@@ -56,7 +65,7 @@ uint32_t Materials::add(const SppmMaterialDesc& desc) {
     if (type == SPPM_COAT && c.flags & SPPM_CLOSURE_ATTENUATE) closure.cover = table(LobeType::kCoat, c.ior);
     material.emits |= type == SPPM_EMISSION;
     material.transparent |= type == SPPM_TRANSPARENT;
-    material.specular |= type == SPPM_DIELECTRIC || type == SPPM_CONDUCTOR || type == SPPM_COAT;
+    material.caster_strength += caster_strength(closure);
     material.textured |= closure.weight.texture || closure.color.texture || closure.color2.texture || closure.roughness.texture;
     material.closures.push_back(closure);
   }
@@ -80,6 +89,8 @@ void Materials::lobes(uint32_t id, const SurfaceAttributes& at, Bsdf& bsdf) cons
       lobe.roughness = roughness;
       lobe.alpha = lobe.diffuse() || square(roughness) < kSmallestAlpha ? 0 : square(roughness);
       lobe.ior = c.ior;
+      lobe.edge_by_ior = c.flags & SPPM_CLOSURE_EDGE_BY_IOR;
+      lobe.separable = c.flags & SPPM_CLOSURE_SEPARABLE;
       lobe.multiple_scattering = lobe.alpha > 0 ? c.multiple_scattering : nullptr;
       lobe.multiple_scattering_inside = c.multiple_scattering_inside;
       lobe.cover = cover;

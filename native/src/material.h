@@ -49,7 +49,8 @@ class Materials {
 
   bool emits(uint32_t material) const { return materials_[material - 1].emits; }
   bool transparent(uint32_t material) const { return materials_[material - 1].transparent; }
-  bool specular(uint32_t material) const { return materials_[material - 1].specular; }
+  // About what share of a lamp's light photons carry on from here, at most; 0 if it throws no caustics.
+  float caster_strength(uint32_t material) const { return materials_[material - 1].caster_strength; }
   bool textured(uint32_t material) const { return materials_[material - 1].textured; }
 
  private:
@@ -64,10 +65,12 @@ class Materials {
   };
   struct Material {
     std::vector<Closure> closures;
-    bool emits = false, transparent = false, specular = false, textured = false;
+    bool emits = false, transparent = false, textured = false;
+    float caster_strength = 0;
   };
   Param param(const SppmParam& desc, const std::string& where, float largest) const;
   const AlbedoTable* table(LobeType type, float ior);
+  static float caster_strength(const Closure& closure);
 
   const Textures* textures_;
   std::vector<Material> materials_;

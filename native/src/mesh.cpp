@@ -39,6 +39,7 @@ Mesh::Mesh(const SppmMeshDesc& desc) : name(desc.name ? desc.name : "") {
   for (uint64_t i = 0; i < desc.vertex_count; ++i) {
     positions[i] = {desc.positions[3 * i], desc.positions[3 * i + 1], desc.positions[3 * i + 2]};
     require(is_finite(positions[i]), where + "vertex " + std::to_string(i) + " is not finite");
+    bounds.add(positions[i]);
   }
   indices = copy_triples(desc.indices, desc.triangle_count, desc.vertex_count, where + "indices");
   if (desc.corner_normals || desc.corner_uvs || desc.corner_colors) {
@@ -67,6 +68,16 @@ Mesh::Mesh(const SppmMeshDesc& desc) : name(desc.name ? desc.name : "") {
       slots[i] = static_cast<uint16_t>(desc.material_slots[i]);
       slot_count = std::max(slot_count, slots[i] + 1u);
     }
+  }
+}
+
+void Mesh::transform(const Affine& to_world) {
+  bounds = {};
+  for (Vec3& p : positions) p = to_world.point(p);
+  for (size_t i = 0; i + 1 < positions.size(); ++i) bounds.add(positions[i]);
+  for (PackedDirection& n : normals) {
+    const Vec3 moved = to_world.normal(unpack_direction(n));
+    if (length_squared(moved) > 0) n = pack_direction(normalize(moved));
   }
 }
 

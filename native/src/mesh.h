@@ -11,6 +11,14 @@
 
 namespace sppm {
 
+// How far above or below a point of a triangle a ray must start or end to clear it. A point computed from barycentrics is off its plane by
+// a few roundings of the coordinates and edges it was made of, and the ray tracer's own test by a few more; this many units in the last
+// place of the largest of them are beyond both. `reach` is the largest coordinate, in absolute value, that any of those sums had.
+inline float clearance(float reach, Vec3 edge1, Vec3 edge2) {
+  constexpr float kUlps = 16 * 0x1p-23f;
+  return kUlps * (reach + max_component(max(abs(edge1), abs(edge2))));
+}
+
 struct Mesh {
   explicit Mesh(const SppmMeshDesc& desc);  // copies; throws Error naming the mesh, the array and the index
 
@@ -24,6 +32,9 @@ struct Mesh {
   std::vector<uint16_t> slots;  // empty: all 0
   uint32_t slot_count = 1;
 
+  Bounds bounds;
+
+  void transform(const Affine& to_world);
   uint32_t slot(uint32_t triangle) const { return slots.empty() ? 0 : slots[triangle]; }
   uint64_t memory() const;
 };

@@ -13,14 +13,18 @@ struct LobeChoice {
   std::array<float, kMaxClosures> probability;  // of the lobes that there are
   float through = 0;  // straight on
 
-  LobeChoice(const Bsdf& bsdf, Vec3 transparency, Vec3 from) {
+  // `share(lobe)` is what of the lobe the path stands for.
+  template <typename Share>
+  LobeChoice(const Bsdf& bsdf, Vec3 transparency, Vec3 from, Share share) {
     through = luminance(transparency);
     float sum = through;
-    for (int i = 0; i < bsdf.count; ++i) sum += probability[i] = estimated_albedo(bsdf.lobes[i], bsdf.at, from);
+    for (int i = 0; i < bsdf.count; ++i) sum += probability[i] = share(bsdf.lobes[i]) * estimated_albedo(bsdf.lobes[i], bsdf.at, from);
     if (!(sum > 0)) sum = 1;
     for (int i = 0; i < bsdf.count; ++i) probability[i] /= sum;
     through /= sum;
   }
+
+  LobeChoice(const Bsdf& bsdf, Vec3 transparency, Vec3 from) : LobeChoice(bsdf, transparency, from, [](const Lobe&) { return 1.0f; }) {}
 
   static constexpr int kThrough = -1, kNothing = -2;
   // Lobe for u in [0, 1), which becomes fresh again; kThrough, or kNothing where light is only absorbed.

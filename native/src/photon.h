@@ -10,7 +10,7 @@ enum PhotonKind { kCaustic = 0, kIndirect = 1, kPhotonKinds = 2 };
 
 struct Photon {
   Vec3 p;
-  Vec3 power;              // beta [W], not yet divided by the number of paths
+  Vec3 power;              // beta over the number of paths of its batch [W]
   PackedDirection wi = 0;  // where it came from
   PackedDirection ng = 0;  // geometric normal on wi's side
 };

@@ -1,43 +1,81 @@
-// The progressive estimate of one pixel for one kind of photons: [16.13], [16.14] and the radiance that follows.
+// What one pixel has gathered of one kind of photons, and how its search radius follows.
+//
+// An iteration adds phi / (pi r^2) with the radius of that iteration. Under the textbook's rule [16.14] that is the same estimate:
+// tau' / (pi r'^2) = (tau + phi) / (pi r^2). So the rules differ in the radius only.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
+#include "sppm/sppm.h"
 #include "vecmath.h"
 
 namespace sppm {
 
-// All double: a million iterations add terms a million times smaller than the sum, and shrink the radius by less than a float can tell.
-struct ProgressiveEstimate {
-  double radius = 0;  // [m]; 0 until the pixel has seen a surface
-  double count = 0;   // N, photons accepted so far, reduced with the radius
-  double flux[3] = {0, 0, 0};  // tau [W sr^-1], reduced with the radius
+// First search radius in pixel footprints: about 28 photons where there is one a pixel.
+inline constexpr double kFirstRadius = 3;
 
-  // Adds an iteration that found `found` photons with the sum `phi` of beta_camera f beta inside the radius. `gamma` is the share of
-  // them to keep; the radius does not go below `smallest_radius`, where positions have no more digits.
-  void update(uint64_t found, Vec3 phi, double gamma, float smallest_radius) {
-    double shrink = 1;  // r'^2 / r^2
-    if (found > 0) {
-      const double m = static_cast<double>(found);
-      if (radius > static_cast<double>(smallest_radius)) {
-        shrink = (count + gamma * m) / (count + m);  // [16.13]
-        count += gamma * m;
-      } else {
-        count += m;
-      }
-    }
-    flux[0] = (flux[0] + static_cast<double>(phi.x)) * shrink;  // [16.14]
-    flux[1] = (flux[1] + static_cast<double>(phi.y)) * shrink;
-    flux[2] = (flux[2] + static_cast<double>(phi.z)) * shrink;
-    radius *= std::sqrt(shrink);
+// What the radius of the next iteration depends on beside the pixel itself.
+struct RadiusRule {
+  SppmRadiusRule rule = SPPM_RADIUS_DENSITY;
+  double gamma = 2.0 / 3;  // share of the new photons that is kept
+  double shrink = 1;       // DENSITY and PASS_INDEXED: r^2 of this iteration over that of the first
+  double wanted = 10;      // DENSITY: photons in the first iteration's disk, were there as many paths as pixels
+  double narrowest = 0.35, widest = 5;  // DENSITY: limits in footprints
+  uint64_t pixels = 1;
+
+  // Knaus and Zwicker 2011: r^2 of iteration i + 1 over that of iteration i, i from 1.
+  static double step(uint64_t i, double gamma) { return (static_cast<double>(i) + gamma) / (static_cast<double>(i) + 1); }
+};
+
+// All double: a million iterations add terms a million times smaller than the sum, and shrink the radius by less than a float can tell.
+struct PhotonEstimate {
+  double radius = 0;             // [m]; 0 until the pixel has seen a surface
+  double count = 0;              // PROGRESSIVE: N, photons accepted so far, reduced with the radius; else all photons found
+  double searched = 0;           // sum of paths times area searched [m^2]
+  double radiance_sum[3] = {0, 0, 0};  // of all iterations [W m^-2 sr^-1]
+
+  void add(Vec3 radiance) {
+    radiance_sum[0] += static_cast<double>(radiance.x);
+    radiance_sum[1] += static_cast<double>(radiance.y);
+    radiance_sum[2] += static_cast<double>(radiance.z);
   }
 
-  // Radiance toward the camera after `emitted` photon paths [W m^-2 sr^-1].
-  Vec3 radiance(uint64_t emitted) const {
-    const double area = M_PI * radius * radius * static_cast<double>(emitted);
-    if (!(area > 0)) return {};
-    return {static_cast<float>(flux[0] / area), static_cast<float>(flux[1] / area), static_cast<float>(flux[2] / area)};
+  // Adds an iteration that sent `paths` photons and found `found` of them with the sum `phi` of beta_camera f beta within the radius, phi
+  // per path sent, and chooses the next radius. `footprint` [m] is a pixel's size there; below `smallest_radius` positions have no digits.
+  void update(uint64_t found, Vec3 phi, uint64_t paths, const RadiusRule& rule, double footprint, float smallest_radius) {
+    const double area = M_PI * radius * radius;
+    for (int c = 0; c < 3; ++c) radiance_sum[c] += static_cast<double>(phi[c]) / area;
+    const double m = static_cast<double>(found), smallest = static_cast<double>(smallest_radius);
+    searched += area * static_cast<double>(paths);
+    if (rule.rule == SPPM_RADIUS_PROGRESSIVE) {
+      if (found == 0) return;
+      if (radius <= smallest) {
+        count += m;
+        return;
+      }
+      radius *= std::sqrt((count + rule.gamma * m) / (count + m));  // [16.13]
+      count += rule.gamma * m;
+      radius = std::max(radius, smallest);
+      return;
+    }
+    count += m;
+    double next = kFirstRadius * footprint * std::sqrt(rule.shrink);
+    if (rule.rule == SPPM_RADIUS_DENSITY) {
+      // Only photons of earlier iterations decide, so an iteration's radius does not depend on what it will find.
+      const double per_area = count / searched * static_cast<double>(rule.pixels);
+      const double wanted = std::sqrt(rule.wanted * rule.shrink / (M_PI * per_area));  // infinite where none was found
+      next = std::clamp(wanted, rule.narrowest * footprint, rule.widest * footprint);
+    }
+    radius = std::max(next, smallest);
+  }
+
+  // Radiance toward the camera after `iterations` [W m^-2 sr^-1].
+  Vec3 radiance(uint64_t iterations) const {
+    if (iterations == 0) return {};
+    const double n = static_cast<double>(iterations);
+    return {static_cast<float>(radiance_sum[0] / n), static_cast<float>(radiance_sum[1] / n), static_cast<float>(radiance_sum[2] / n)};
   }
 };
 

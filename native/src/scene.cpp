@@ -5,9 +5,15 @@
 namespace sppm {
 namespace {
 
-// A hit point computed from barycentrics is off its plane by a few roundings of the coordinates and edges it was made of, and Embree's
-// own test by a few more; this many units in the last place of the largest of them are beyond both.
-constexpr float kOffsetUlps = 16 * 0x1p-23f;
+// A large mesh is taken in so many runs of triangles, neighbours in most meshes, when it is looked for what throws caustics.
+constexpr size_t kCasterRuns = 4096;
+
+Bounds transformed(const Bounds& b, const Affine& transform) {
+  Bounds result;
+  for (int corner = 0; corner < 8; ++corner)
+    result.add(transform.point({corner & 1 ? b.hi.x : b.lo.x, corner & 2 ? b.hi.y : b.lo.y, corner & 4 ? b.hi.z : b.lo.z}));
+  return result;
+}
 
 }  // namespace
 
@@ -40,24 +46,18 @@ void Scene::set_camera(const SppmCameraDesc& desc) {
   has_camera_ = true;
 }
 
-// A mesh that one instance uses is moved to world space: a ray is then not transformed on its way. An instance that is squeezed flat gets
-// its own copy for that, for no ray can be transformed back into it.
+// A mesh that one instance uses is moved to world space: a ray is then not transformed on its way. An instance that is squeezed flat,
+// or nearly so, gets its own copy for that, for no ray can be transformed back into it.
 void Scene::move_single_meshes() {
   std::vector<uint32_t> uses(meshes_.size(), 0);
   for (const Instance& i : instances_) ++uses[i.mesh];
   for (Instance& i : instances_) {
-    const bool flat = i.transform.determinant() == 0;
-    if (uses[i.mesh] != 1 && !flat) continue;
+    if (uses[i.mesh] != 1 && can_be_instanced(i.transform)) continue;
     if (uses[i.mesh] != 1) {
       meshes_.push_back(std::make_unique<Mesh>(*meshes_[i.mesh]));
       i.mesh = static_cast<uint32_t>(meshes_.size() - 1);
     }
-    Mesh& mesh = *meshes_[i.mesh];
-    for (Vec3& p : mesh.positions) p = i.transform.point(p);
-    for (PackedDirection& n : mesh.normals) {
-      const Vec3 moved = i.transform.normal(unpack_direction(n));
-      if (length_squared(moved) > 0) n = pack_direction(normalize(moved));
-    }
+    meshes_[i.mesh]->transform(i.transform);
     i.transform = {};
     i.identity = true;
   }
@@ -74,9 +74,32 @@ void Scene::collect_emitters(Instance& instance) {
     const uint32_t material = instance.materials[mesh.slot(t)];
     if (!materials.emits(material)) continue;
     instance.light_triangles[t] = static_cast<uint32_t>(triangles.size());
-    triangles.push_back({vertices(instance, t), {attributes(mesh, t, 0, 0), attributes(mesh, t, 1, 0), attributes(mesh, t, 0, 1)}, material});
+    triangles.push_back({vertices(instance, t), {attributes(mesh, t, 0, 0), attributes(mesh, t, 1, 0), attributes(mesh, t, 0, 1)}, material,
+                         reach(instance, t)});
   }
   if (!triangles.empty()) instance.light = lights.add_triangles(std::move(triangles));
+}
+
+void Scene::collect_casters(const Instance& instance, std::vector<Caster>& casters) const {
+  float strongest = 0;
+  for (const uint32_t m : instance.materials) strongest = std::max(strongest, materials.caster_strength(m));
+  if (strongest == 0) return;
+  const Mesh& mesh = *meshes_[instance.mesh];
+  if (!instance.identity) {  // a whole instance is one: there may be thousands
+    casters.push_back({transformed(mesh.bounds, instance.transform), strongest});
+    return;
+  }
+  const size_t run = mesh.indices.size() / kCasterRuns + 1;
+  for (size_t begin = 0; begin < mesh.indices.size(); begin += run) {
+    Caster caster;
+    for (size_t t = begin; t < std::min(begin + run, mesh.indices.size()); ++t) {
+      const float strength = materials.caster_strength(instance.materials[mesh.slot(static_cast<uint32_t>(t))]);
+      if (strength == 0) continue;
+      for (const uint32_t vertex : mesh.indices[t]) caster.bounds.add(mesh.positions[vertex]);
+      caster.strength = std::max(caster.strength, strength);
+    }
+    if (caster.strength > 0) casters.push_back(caster);
+  }
 }
 
 void Scene::commit(const Threads& threads) {
@@ -89,13 +112,19 @@ void Scene::commit(const Threads& threads) {
     triangle_count_ += meshes_[i.mesh]->indices.size();
     for (const uint32_t m : i.materials) {
       has_transparent_ |= materials.transparent(m);
-      has_specular_ |= materials.specular(m);
+      has_specular_ |= materials.caster_strength(m) > 0;
       has_textures_ |= materials.textured(m);
     }
   }
   threads.for_each(1, [&](uint64_t) { accel_.build(placements); });
-  for (Instance& i : instances_) collect_emitters(i);
-  lights.commit(accel_.bounds());
+  std::vector<Caster> casters;
+  for (Instance& i : instances_) {
+    collect_emitters(i);
+    collect_casters(i, casters);
+  }
+  Targets targets;
+  targets.build(std::move(casters));
+  lights.commit(accel_.bounds(), std::move(targets));
   committed_ = true;
 }
 
@@ -106,6 +135,13 @@ std::array<Vec3, 3> Scene::vertices(const Instance& instance, uint32_t triangle)
   if (!instance.identity)
     for (Vec3& p : v) p = instance.transform.point(p);
   return v;
+}
+
+float Scene::reach(const Instance& instance, uint32_t triangle) const {
+  const Mesh& mesh = *meshes_[instance.mesh];
+  float largest = 0;
+  for (const uint32_t index : mesh.indices[triangle]) largest = std::max(largest, instance.transform.reach(mesh.positions[index]));
+  return largest;
 }
 
 SurfaceAttributes Scene::attributes(const Mesh& mesh, uint32_t triangle, float u, float v) const {
@@ -133,7 +169,7 @@ std::optional<SurfacePoint> Scene::intersect(const Ray& ray) const {
   SurfacePoint s;
   s.p = v[0] * (1 - hit->u - hit->v) + v[1] * hit->u + v[2] * hit->v;
   s.ng = l > 0 ? normal / (instance.flip ? -l : l) : -ray.direction;
-  s.offset = kOffsetUlps * (max_component(abs(s.p)) + max_component(max(abs(e1), abs(e2))));
+  s.offset = clearance(instance.identity ? max_component(abs(s.p)) : reach(instance, hit->triangle), e1, e2);
   s.ns = s.ng;
   if (!mesh.normals.empty()) {
     const auto& c = mesh.corners[hit->triangle];
@@ -153,14 +189,14 @@ Vec3 Scene::transmittance(Ray ray, uint64_t& rays) const {
   ++rays;
   if (!has_transparent_) return accel_.occluded(ray) ? Vec3{} : Vec3{1, 1, 1};
   Vec3 left{1, 1, 1};
+  const Vec3 direction = ray.direction, end = ray.origin + ray.direction * ray.far;
   for (int i = 0; i < kMostPasses; ++i) {
     const auto s = intersect(ray);
     if (!s) return left;
     left *= transparency(*s);
     if (is_black(left)) return {};
-    const float gone = dot(s->p - ray.origin, ray.direction);
-    ray = s->spawn(ray.direction, ray.far - gone);
-    if (!(ray.far > 0)) return left;
+    ray = std::isfinite(ray.far) ? s->spawn_to(end) : s->spawn(direction);
+    if (dot(ray.direction, direction) <= 0) return left;  // the surface is where the ray ends
     ++rays;
   }
   return {};
@@ -172,11 +208,11 @@ Bsdf Scene::bsdf(const SurfacePoint& s) const {
   return bsdf;
 }
 
-EmittedLight Scene::emitted(const SurfacePoint& s, Vec3 wo, float distance) const {
+EmittedLight Scene::emitted(const SurfacePoint& s, Vec3 wo, Vec3 from, float distance) const {
   const Instance& instance = instances_[s.instance];
   if (instance.light == kNone || instance.light_triangles[s.triangle] == kNone) return {};
   const float cosine = std::abs(dot(wo, s.ng));
-  const float pdf_area = lights.triangle_pdf_area(instance.light, instance.light_triangles[s.triangle]);
+  const float pdf_area = lights.triangle_pdf_area(instance.light, instance.light_triangles[s.triangle], from);
   return {materials.emission(s.material, s.attributes), cosine > 0 ? pdf_area * square(distance) / cosine : 0.0f};
 }
 

@@ -28,7 +28,16 @@ struct SurfacePoint {
   SurfaceAttributes attributes;
 
   // A ray that leaves along the unit vector w on the side that w is on.
-  Ray spawn(Vec3 w, float far = kInfinity) const { return {p + ng * std::copysign(offset, dot(ng, w)), w, 0, far}; }
+  Ray spawn(Vec3 w, float far = kInfinity) const { return {start(w), w, 0, far}; }
+  // A ray that ends at `end`.
+  Ray spawn_to(Vec3 end) const {
+    const Vec3 origin = start(end - p), way = end - origin;
+    const float distance = length(way);
+    return {origin, distance > 0 ? way / distance : ng, 0, distance};
+  }
+
+ private:
+  Vec3 start(Vec3 toward) const { return p + ng * std::copysign(offset, dot(ng, toward)); }
 };
 
 class Scene {
@@ -45,8 +54,9 @@ class Scene {
   // What is left of light along the ray: 1 where nothing stands in its way, 0 behind anything opaque. Adds the rays traced.
   Vec3 transmittance(Ray ray, uint64_t& rays) const;
   Bsdf bsdf(const SurfacePoint& s) const;
-  // Radiance that the surface emits toward a ray of direction -wo that came from `distance` away, with the pdf of direct light.
-  EmittedLight emitted(const SurfacePoint& s, Vec3 wo, float distance) const;
+  // Radiance that the surface emits toward a ray of direction -wo that was scattered at `from`, `distance` away, with the pdf of direct
+  // light there.
+  EmittedLight emitted(const SurfacePoint& s, Vec3 wo, Vec3 from, float distance) const;
   Vec3 transparency(const SurfacePoint& s) const {
     return materials.transparent(s.material) ? materials.transparency(s.material, s.attributes) : Vec3{};
   }
@@ -71,8 +81,10 @@ class Scene {
   };
   void move_single_meshes();
   void collect_emitters(Instance& instance);
+  void collect_casters(const Instance& instance, std::vector<Caster>& casters) const;
   SurfaceAttributes attributes(const Mesh& mesh, uint32_t triangle, float u, float v) const;
   std::array<Vec3, 3> vertices(const Instance& instance, uint32_t triangle) const;
+  float reach(const Instance& instance, uint32_t triangle) const;  // of the coordinates that `vertices` computes with
 
   std::vector<std::unique_ptr<Mesh>> meshes_;
   std::vector<Instance> instances_;

@@ -31,8 +31,19 @@ const SppmSettings& checked(const SppmSettings& s) {
   require(s.gamma > 0 && s.gamma < 1, "settings: gamma must be between 0 and 1");
   require(std::isfinite(s.time_limit) && s.time_limit >= 0, "settings: time_limit must be finite and at least 0");
   require(s.threads <= 4096, "settings: threads must be at most 4096");
+  require(s.indirect <= SPPM_INDIRECT_AUTO, "settings: indirect must be an SppmIndirect");
+  require(s.radius_rule <= SPPM_RADIUS_PASS_INDEXED, "settings: radius_rule must be an SppmRadiusRule");
   return s;
 }
+
+// Photons and camera paths should take about the same time; beyond these shares of the pixels neither helps the other.
+constexpr double kFewestPhotons = 1.0 / 16, kMostPhotons = 16;
+
+// Other indirect light reaches nearly every pixel, so few photons in a disk only mean that it is weak there: no reason to look farther.
+constexpr double kIndirectWidest = 3;
+
+// AUTO: photons serve where most pixels find this many of them in their first disk.
+constexpr double kEnoughPhotons = 3, kEnoughPixels = 0.6;
 
 const char* kPassNames[SPPM_PASS_COUNT] = {"Combined", "Depth", "Normal", "Direct", "Indirect", "Caustics", "Radius", "Photons"};
 
@@ -44,12 +55,15 @@ Session::Session(std::shared_ptr<const Scene> scene, const SppmSettings& setting
       snapshot_path_(settings.snapshot_path ? settings.snapshot_path : ""),
       path_{settings.seed, settings.max_depth, static_cast<float>(settings.filter_width), settings.pixel_filter == SPPM_BOX,
             settings.transparent_film != 0},
-      photons_per_iteration_(settings.photons_per_iteration > 0 ? settings.photons_per_iteration
-                                                                : scene_->camera.region_width * scene_->camera.region_height),
+      indirect_(static_cast<SppmIndirect>(settings.indirect)),
       threads_(settings.threads),
       film_(scene_->camera.region_width * scene_->camera.region_height, settings.passes) {
   settings_.snapshot_path = nullptr;  // the caller's memory
   progress_.struct_size = sizeof progress_;
+  progress_.indirect = settings_.indirect;
+  path_.trace_indirect = indirect_ == SPPM_INDIRECT_PATHS;
+  const uint64_t pixels = scene_->camera.region_width * scene_->camera.region_height;
+  budget_.fill(settings_.photons_per_iteration > 0 ? settings_.photons_per_iteration : pixels);
 }
 
 void Session::check_cancelled(bool completed) {
@@ -58,57 +72,128 @@ void Session::check_cancelled(bool completed) {
   throw Error(SPPM_CANCELLED, "the iteration was cancelled");
 }
 
-void Session::step() {
-  RayCounts counts;
-  SppmProgress times{};
+// What must be sent so that each path is counted once.
+std::vector<PhotonBatch> Session::plan_batches() const {
+  std::vector<PhotonBatch> batches;
+  const auto add = [&](Emission emission, bool aimed) {
+    const auto e = static_cast<size_t>(emission);
+    batches.push_back({emission, aimed, emitted_[e], budget_[e]});
+  };
+  if (scene_->lights.none()) return batches;
+  const bool aim = settings_.aim_photons != 0;
+  if (!path_.trace_indirect && !aim) {
+    add(Emission::kAll, false);
+    return batches;
+  }
+  if (scene_->lights.can_aim()) add(Emission::kSpecular, aim);
+  if (!path_.trace_indirect) add(Emission::kRest, false);
+  if (settings_.photons_per_iteration > 0)
+    for (PhotonBatch& batch : batches) batch.count = std::max<uint64_t>(1, batch.count / batches.size());
+  return batches;
+}
+
+// After the first iteration: photons for about as many rays as camera paths take. Counted, not timed, so that pictures do not depend on
+// the clock.
+void Session::plan_budget(const RayCounts& camera, std::span<const PhotonBatch> batches, std::span<const RayCounts> photons) {
+  if (settings_.photons_per_iteration > 0) return;
+  const double pixels = static_cast<double>(scene_->camera.region_width * scene_->camera.region_height);
+  for (size_t b = 0; b < batches.size(); ++b) {
+    const double per_path = std::max(1.0, static_cast<double>(photons[b].photon) / static_cast<double>(batches[b].count));
+    const double rays = static_cast<double>(camera.camera + camera.shadow) / static_cast<double>(batches.size());
+    const double wanted = std::clamp(rays / per_path, kFewestPhotons * pixels, kMostPhotons * pixels);
+    budget_[static_cast<size_t>(batches[b].emission)] = std::max<uint64_t>(1, static_cast<uint64_t>(wanted));
+  }
+}
+
+void Session::iterate(SppmProgress& done) {
+  RayCounts camera;
   {
-    const Stopwatch all(times.seconds);
+    const Stopwatch watch(done.seconds_camera);
+    check_cancelled(run_camera_pass(*scene_, path_, iteration_, threads_, cancel_, samples_, camera));
+    film_.start_radii(scene_->camera, samples_, settings_.initial_radius, threads_);
+  }
+  const std::vector<PhotonBatch> batches = plan_batches();
+  std::vector<RayCounts> counts(batches.size());
+  if (!batches.empty()) {
     {
-      const Stopwatch watch(times.seconds_camera);
-      check_cancelled(run_camera_pass(*scene_, path_, iteration_, threads_, cancel_, samples_, counts));
-      film_.start_radii(scene_->camera, samples_, settings_.initial_radius, threads_);
-    }
-    {
-      const Stopwatch watch(times.seconds_grid);
+      const Stopwatch watch(done.seconds_grid);
       film_.announce(samples_, maps_, threads_);
     }
     {
-      const Stopwatch watch(times.seconds_photons);
-      check_cancelled(run_photon_pass(*scene_, path_, emitted(), photons_per_iteration_, threads_, cancel_, maps_, blocks_, counts));
+      const Stopwatch watch(done.seconds_photons);
+      check_cancelled(run_photon_pass(*scene_, path_, batches, threads_, cancel_, maps_, blocks_, counts));
     }
-    {
-      const Stopwatch watch(times.seconds_grid);
-      for (size_t kind = 0; kind < kPhotonKinds; ++kind) maps_[kind].build(blocks_[kind], threads_);
-    }
-    {
-      const Stopwatch watch(times.seconds_gather);
-      film_.gather(samples_, maps_, scene_->camera.region_width, threads_, found_);
-    }
-    {
-      const Stopwatch watch(times.seconds_update);
-      film_.update(samples_, found_, settings_.gamma, threads_);
+    const Stopwatch watch(done.seconds_grid);
+    for (size_t kind = 0; kind < kPhotonKinds; ++kind) maps_[kind].build(blocks_[kind], threads_);
+  }
+  const Stopwatch watch(done.seconds_gather);
+  shrink_ *= RadiusRule::step(iteration_ + 1, settings_.gamma);
+  done.dropped_samples += film_.update(samples_, maps_, rules(batches), scene_->camera.region_width, threads_);
+  if (iteration_ == 0) plan_budget(camera, batches, counts);
+  ++iteration_;
+  for (const PhotonBatch& b : batches) emitted_[static_cast<size_t>(b.emission)] += b.count, done.photons_emitted += b.count;
+  if (!batches.empty())
+    for (const PhotonMap& map : maps_) done.photons_stored += map.stored();
+  for (const RayCounts& c : counts) camera += c;
+  done.rays_camera += camera.camera, done.rays_shadow += camera.shadow, done.rays_photon += camera.photon;
+  done.dropped_samples += camera.dropped;
+}
+
+PhotonRules Session::rules(std::span<const PhotonBatch> batches) const {
+  PhotonRules rules;
+  for (const PhotonBatch& b : batches) {
+    if (b.emission != Emission::kRest) rules.paths[kCaustic] += b.count;
+    rules.paths[kIndirect] += b.count;
+  }
+  for (RadiusRule& rule : rules.radius) {
+    rule.rule = static_cast<SppmRadiusRule>(settings_.radius_rule);
+    rule.gamma = settings_.gamma;
+    rule.shrink = shrink_;
+    rule.pixels = scene_->camera.region_width * scene_->camera.region_height;
+  }
+  rules.radius[kIndirect].widest = kIndirectWidest;
+  return rules;
+}
+
+// An AUTO session that has too few photons for its pixels begins again with paths.
+void Session::decide_indirect() {
+  indirect_ = film_.share_with(kIndirect, kEnoughPhotons) >= kEnoughPixels ? SPPM_INDIRECT_PHOTONS : SPPM_INDIRECT_PATHS;
+  if (indirect_ == SPPM_INDIRECT_PHOTONS) return;
+  film_.clear();
+  iteration_ = 0, shrink_ = 1;
+  emitted_.fill(0);
+  path_.trace_indirect = true;
+}
+
+void Session::step() {
+  SppmProgress done{};
+  {
+    const Stopwatch all(done.seconds);
+    const bool undecided = indirect_ == SPPM_INDIRECT_AUTO;
+    iterate(done);
+    if (undecided) {
+      decide_indirect();
+      if (path_.trace_indirect) iterate(done);
     }
   }
-  ++iteration_;
   {
     const std::lock_guard lock(progress_mutex_);
     progress_.iteration = iteration_;
-    progress_.photons_emitted = emitted();
-    for (const PhotonMap& map : maps_) progress_.photons_stored += map.stored();
-    progress_.rays_camera += counts.camera, progress_.rays_shadow += counts.shadow, progress_.rays_photon += counts.photon;
-    progress_.dropped_samples += counts.dropped;
-    progress_.seconds += times.seconds;
-    progress_.seconds_camera += times.seconds_camera, progress_.seconds_photons += times.seconds_photons;
-    progress_.seconds_grid += times.seconds_grid, progress_.seconds_gather += times.seconds_gather;
-    progress_.seconds_update += times.seconds_update;
+    progress_.photons_emitted += done.photons_emitted, progress_.photons_stored += done.photons_stored;
+    progress_.rays_camera += done.rays_camera, progress_.rays_shadow += done.rays_shadow, progress_.rays_photon += done.rays_photon;
+    progress_.dropped_samples += done.dropped_samples;
+    progress_.seconds += done.seconds;
+    progress_.seconds_camera += done.seconds_camera, progress_.seconds_photons += done.seconds_photons;
+    progress_.seconds_grid += done.seconds_grid, progress_.seconds_gather += done.seconds_gather;
     progress_.memory_bytes = memory();
+    progress_.indirect = indirect_;
     progress_.finished = iteration_ >= settings_.iterations || (settings_.time_limit > 0 && progress_.seconds >= settings_.time_limit);
   }
   if (!snapshot_path_.empty() && settings_.write_interval > 0 && iteration_ % settings_.write_interval == 0) write_exr(snapshot_path_);
 }
 
 uint64_t Session::memory() const {
-  uint64_t bytes = film_.memory() + samples_.memory() + found_.capacity() * sizeof(Film::Found);
+  uint64_t bytes = film_.memory() + samples_.memory();
   for (const PhotonMap& map : maps_) bytes += map.memory();
   for (const auto& kind : blocks_)
     for (const PhotonMap::Block& b : kind)
@@ -126,7 +211,7 @@ void Session::read_pass(SppmPass pass, float* out, uint64_t count) const {
   require(count == needed, "count is " + std::to_string(count) + ", must be " + std::to_string(needed));
   require(pass == SPPM_PASS_COMBINED || settings_.passes >> pass & 1,
           std::string("pass ") + kPassNames[pass] + " was not requested in the settings");
-  film_.read(pass, iteration_, emitted(), out);
+  film_.read(pass, out);
 }
 
 void Session::write_exr(const std::string& path) const {
@@ -139,7 +224,7 @@ void Session::write_exr(const std::string& path) const {
     if (pass != SPPM_PASS_COMBINED && !(settings_.passes >> i & 1)) continue;
     const uint32_t n = Film::channels(pass);
     buffers.emplace_back(width * height * n);
-    film_.read(pass, iteration_, emitted(), buffers.back().data());
+    film_.read(pass, buffers.back().data());
     const std::string letters = n == 1 ? (pass == SPPM_PASS_DEPTH ? "Z" : "V") : pass == SPPM_PASS_NORMAL ? "XYZ" : "RGBA";
     for (uint32_t c = 0; c < n; ++c) {
       const std::string prefix = pass == SPPM_PASS_COMBINED ? "" : std::string(kPassNames[i]) + ".";

@@ -24,21 +24,27 @@ class Session {
 
  private:
   void check_cancelled(bool completed);
-  uint64_t emitted() const { return iteration_ * photons_per_iteration_; }
+  void iterate(SppmProgress& done);
+  std::vector<PhotonBatch> plan_batches() const;
+  void plan_budget(const RayCounts& camera, std::span<const PhotonBatch> batches, std::span<const RayCounts> photons);
+  PhotonRules rules(std::span<const PhotonBatch> batches) const;
+  void decide_indirect();
   uint64_t memory() const;
 
   std::shared_ptr<const Scene> scene_;
   SppmSettings settings_;
   std::string snapshot_path_;
   PathSettings path_;
-  uint64_t photons_per_iteration_;
+  SppmIndirect indirect_;
+  std::array<uint64_t, 3> budget_{};   // paths an iteration of each Emission
+  std::array<uint64_t, 3> emitted_{};  // and so far
+  double shrink_ = 1;                  // see RadiusRule
   Threads threads_;
   Film film_;
 
   CameraSamples samples_;
   PhotonMaps maps_;
-  std::array<std::vector<PhotonMap::Block>, kPhotonKinds> blocks_;
-  std::vector<Film::Found> found_;
+  PhotonBlocks blocks_;
 
   uint64_t iteration_ = 0;
   std::atomic<bool> cancel_{false};

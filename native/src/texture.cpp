@@ -1,11 +1,20 @@
 #include "texture.h"
 
-#include <string>
+#include <map>
+#include <set>
 
 #include "status.h"
 
 namespace sppm {
 namespace {
+
+// The results of so many steps find room on the stack.
+constexpr size_t kMostSteps = 256;
+// Not cleared: few steps are the rule.
+union Results {
+  Results() {}
+  std::array<Vec3, kMostSteps> of;
+};
 
 Vec3 blend(uint32_t mode, Vec3 a, Vec3 b) {
   switch (mode) {
@@ -38,7 +47,8 @@ uint32_t Textures::add_texture(const SppmTextureDesc& desc) {
   if (desc.type == SPPM_TEXTURE_MIX)
     for (const uint32_t child : {desc.a, desc.b, desc.factor})
       require(child >= 1 && child <= textures_.size(), where + "a, b and factor must be textures added before");
-  Texture texture{desc, {}};
+  Texture texture{desc, {}, {}};
+  if (desc.type == SPPM_TEXTURE_MIX) texture.steps = mix_steps(desc, where);
   bool given = false;
   for (const float m : desc.mapping) {
     require(std::isfinite(m), where + "mapping must be finite");
@@ -49,8 +59,46 @@ uint32_t Textures::add_texture(const SppmTextureDesc& desc) {
   return static_cast<uint32_t>(textures_.size());
 }
 
+// Recursion would visit a texture as often as there are ways to it: in a chain of mixes that each use the one before twice, 2^n times.
+std::vector<Textures::Step> Textures::mix_steps(const SppmTextureDesc& mix, const std::string& where) const {
+  std::set<uint32_t> needed;  // in order of their ids, so operands come first
+  for (const uint32_t child : {mix.a, mix.b, mix.factor}) {
+    needed.insert(child);
+    for (const Step& step : textures_[child - 1].steps) needed.insert(step.texture);
+  }
+  require(needed.size() < kMostSteps, where + "rests on more than " + std::to_string(kMostSteps - 1) + " textures");
+  std::vector<Step> steps;
+  std::map<uint32_t, uint32_t> result;  // texture -> its step
+  const auto add = [&](uint32_t id, const SppmTextureDesc& d) {
+    Step step{id, 0, 0, 0};
+    if (d.type == SPPM_TEXTURE_MIX) step = {id, result.at(d.a), result.at(d.b), result.at(d.factor)};
+    result[id] = static_cast<uint32_t>(steps.size());
+    steps.push_back(step);
+  };
+  for (const uint32_t id : needed) add(id, textures_[id - 1].desc);
+  add(static_cast<uint32_t>(textures_.size() + 1), mix);
+  return steps;
+}
+
 Vec3 Textures::evaluate(uint32_t id, const SurfaceAttributes& at) const {
   const Texture& texture = textures_[id - 1];
+  if (texture.steps.empty()) return evaluate_source(texture, at);
+  Results results;
+  size_t count = 0;
+  for (const Step& step : texture.steps) {
+    const Texture& t = textures_[step.texture - 1];
+    Vec3& result = results.of[count++];
+    if (t.steps.empty()) {
+      result = evaluate_source(t, at);
+    } else {
+      const Vec3 a = results.of[step.a], b = results.of[step.b];
+      result = lerp(a, blend(t.desc.blend, a, b), std::clamp(results.of[step.factor].x, 0.0f, 1.0f));
+    }
+  }
+  return results.of[count - 1];
+}
+
+Vec3 Textures::evaluate_source(const Texture& texture, const SurfaceAttributes& at) const {
   const SppmTextureDesc& d = texture.desc;
   switch (d.type) {
     case SPPM_TEXTURE_IMAGE:
@@ -61,17 +109,13 @@ Vec3 Textures::evaluate(uint32_t id, const SurfaceAttributes& at) const {
       return d.type == SPPM_TEXTURE_IMAGE ? c.color : splat(c.alpha);
     }
     case SPPM_TEXTURE_ATTRIBUTE: return at.color;
-    case SPPM_TEXTURE_MIX: {
-      const float factor = std::clamp(evaluate(d.factor, at).x, 0.0f, 1.0f);
-      const Vec3 a = evaluate(d.a, at);
-      return lerp(a, blend(d.blend, a, evaluate(d.b, at)), factor);
-    }
     default: return {d.value[0], d.value[1], d.value[2]};
   }
 }
 
 uint64_t Textures::memory() const {
   uint64_t bytes = textures_.size() * sizeof(Texture);
+  for (const Texture& texture : textures_) bytes += texture.steps.size() * sizeof(Step);
   for (const Image& image : images_) bytes += image.memory();
   return bytes;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "image.h"
@@ -29,10 +30,19 @@ class Textures {
   uint64_t memory() const;
 
  private:
+  // Evaluates texture `texture`; a MIX takes its operands from the results of earlier steps.
+  struct Step {
+    uint32_t texture;
+    uint32_t a, b, factor;
+  };
   struct Texture {
     SppmTextureDesc desc;
     Affine mapping;
+    std::vector<Step> steps;  // of a MIX: all that it rests on, each texture once, itself last
   };
+  std::vector<Step> mix_steps(const SppmTextureDesc& mix, const std::string& where) const;
+  Vec3 evaluate_source(const Texture& texture, const SurfaceAttributes& at) const;
+
   std::vector<Image> images_;
   std::vector<Texture> textures_;
 };

@@ -76,6 +76,10 @@ struct Affine {
   Vec3 column(int i) const { return {m[i], m[4 + i], m[8 + i]}; }
   Vec3 vector(Vec3 v) const { return column(0) * v.x + column(1) * v.y + column(2) * v.z; }
   Vec3 point(Vec3 p) const { return vector(p) + column(3); }
+  // The largest coordinate, in absolute value, among the terms and sums of point(p): what its rounding error is relative to.
+  float reach(Vec3 p) const {
+    return max_component(abs(column(0)) * std::abs(p.x) + abs(column(1)) * std::abs(p.y) + abs(column(2)) * std::abs(p.z) + abs(column(3)));
+  }
   // A normal goes with the inverse transpose; here with the cofactor matrix, so up to a positive factor times the determinant's sign.
   Vec3 normal(Vec3 n) const {
     const Vec3 a = column(0), b = column(1), c = column(2);

@@ -3,7 +3,9 @@
 #include <doctest/doctest.h>
 
 #include <functional>
+#include <random>
 
+#include "chi_square.h"
 #include "status.h"
 
 using namespace sppm;
@@ -87,6 +89,29 @@ TEST_CASE("the aperture ratio narrows the lens across") {
   const Camera camera(d);
   CHECK(camera.ray(0, 0, {1, 0.5f}).origin.x == doctest::Approx(0.5));
   CHECK(camera.ray(0, 0, {0.5f, 1}).origin.y == doctest::Approx(1));
+}
+
+TEST_CASE("rays leave all of the lens alike, whatever its ratio") {
+  std::mt19937 random(2);
+  std::uniform_real_distribution<float> uniform;
+  for (const uint32_t projection : {SPPM_PERSPECTIVE, SPPM_ORTHOGRAPHIC})
+    for (const float ratio : {0.0f, 0.5f, 1.0f, 3.0f}) {
+      SppmCameraDesc d = basic();
+      d.projection = projection, d.aperture_radius = 0.2f, d.focal_distance = 3, d.aperture_ratio = ratio;
+      const Camera camera(d);
+      d.aperture_radius = 0;
+      const Vec3 middle = Camera(d).ray(30, 80, {}).origin;
+      std::vector<Vec2> points;
+      for (int i = 0; i < 20000; ++i) {
+        const Vec3 from = camera.ray(30, 80, {uniform(random), uniform(random)}).origin - middle;
+        const Vec2 lens{from.x / 0.2f * (ratio > 0 ? ratio : 1), from.y / 0.2f};
+        CHECK(lens.x * lens.x + lens.y * lens.y < 1.0001f);
+        points.push_back(disk_to_square(lens.x, lens.y));
+      }
+      CAPTURE(projection);
+      CAPTURE(ratio);
+      CHECK(uniformity(points, 12).sigmas() < kMostSigmas);
+    }
 }
 
 TEST_CASE("the region is all of the image unless given") {

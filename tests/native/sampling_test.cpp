@@ -4,6 +4,8 @@
 
 #include <random>
 
+#include "chi_square.h"
+
 using namespace sppm;
 
 namespace {
@@ -100,44 +102,40 @@ TEST_CASE("warps have the moments of their densities") {
   CHECK(moment(n, [](Vec2 u) { return static_cast<double>(sample_triangle(u).y); }) == near(1.0 / 3));
 }
 
-TEST_CASE("equal areas of the disk get equal counts") {
-  constexpr int n = 1 << 16, rings = 8, sectors = 8;
+TEST_CASE("warps are uniform, or as dense as they should be") {
+  constexpr int n = 1 << 16, side = 12;
   std::mt19937 random(1);
   std::uniform_real_distribution<float> uniform;
-  std::vector<int> counts(rings * sectors, 0);
+  std::vector<Vec2> disk, triangle, sphere, hemisphere, cone;
   for (int i = 0; i < n; ++i) {
-    const Vec2 p = sample_disk({uniform(random), uniform(random)});
-    const int ring = std::min(rings - 1, static_cast<int>((p.x * p.x + p.y * p.y) * rings));
-    const int sector = std::min(sectors - 1, static_cast<int>((std::atan2(p.y, p.x) / (2 * kPi) + 0.5f) * sectors));
-    ++counts[static_cast<size_t>(ring * sectors + sector)];
+    const Vec2 u{uniform(random), uniform(random)}, d = sample_disk(u);
+    disk.push_back(disk_to_square(d.x, d.y));
+    triangle.push_back(triangle_to_square(sample_triangle(u)));
+    const auto turn = [](Vec3 w) { return std::atan2(w.y, w.x) / (2 * kPi) + 0.5f; };
+    const Vec3 s = sample_sphere(u), h = sample_cosine_hemisphere(u), c = sample_cone(u, 0.3f);
+    sphere.push_back({(s.z + 1) / 2, turn(s)});
+    hemisphere.push_back({h.z * h.z, turn(h)});  // cos^2 is uniform where the density is cos / pi
+    cone.push_back({(1 - c.z) / 0.3f, turn(c)});
   }
-  double chi2 = 0;
-  const double expected = static_cast<double>(n) / (rings * sectors);
-  for (int c : counts) chi2 += (c - expected) * (c - expected) / expected;
-  CHECK(chi2 < 63 + 4 * std::sqrt(2 * 63.0));
+  for (const auto& points : {disk, triangle, sphere, hemisphere, cone}) CHECK(uniformity(points, side).sigmas() < kMostSigmas);
+}
+
+TEST_CASE("beyond 2^32 samples are as uniform and as different as before") {
+  for (const uint64_t first : {uint64_t{0}, (uint64_t{1} << 32) - 2048, uint64_t{5} << 40}) {
+    CAPTURE(first);
+    std::vector<Vec2> points;
+    for (uint64_t i = 0; i < 4096; ++i) points.push_back(Sampler(77, first + i).at(2).second());
+    CHECK(uniformity(points, 12).sigmas() < kMostSigmas);
+    std::sort(points.begin(), points.end(), [](Vec2 a, Vec2 b) { return a.x < b.x; });
+    const auto equal = std::adjacent_find(points.begin(), points.end(), [](Vec2 a, Vec2 b) { return a.x == b.x && a.y == b.y; });
+    CHECK(equal == points.end());
+  }
 }
 
 TEST_CASE("narrow cones keep their width") {
   const float one_minus_cos = 1e-10f;  // half angle 1.4e-5
   const Vec3 edge = sample_cone({1, 0}, one_minus_cos);
   CHECK(static_cast<double>(edge.x) == doctest::Approx(std::sqrt(2e-10)).epsilon(1e-4));
-}
-
-TEST_CASE("filter offsets follow the Blackman-Harris window") {
-  constexpr int n = 1 << 16, bins = 20;
-  std::vector<int> counts(bins, 0);
-  for (int i = 0; i < n; ++i) {
-    const float x = sample_blackman_harris((static_cast<float>(i) + 0.5f) / n);
-    CHECK(std::abs(x) <= 0.5f);
-    ++counts[static_cast<size_t>(std::min(bins - 1, static_cast<int>((x + 0.5f) * bins)))];
-  }
-  const auto integral = [](double t) {  // of the window from its left edge, 1 in all
-    const double a = 2 * M_PI * t;
-    return t - (0.48829 * std::sin(a) - 0.14128 * std::sin(2 * a) / 2 + 0.01168 * std::sin(3 * a) / 3) / (2 * M_PI * 0.35875);
-  };
-  for (int b = 0; b < bins; ++b)
-    CHECK(counts[static_cast<size_t>(b)] / static_cast<double>(n) ==
-          doctest::Approx(integral((b + 1.0) / bins) - integral(static_cast<double>(b) / bins)).epsilon(0.01).scale(0.05));
 }
 
 TEST_CASE("the two weights of a pair of densities sum to 1") {

@@ -193,7 +193,7 @@ TEST_CASE("an emitter seen along a ray has the density that direct light has") {
     if (!light) continue;
     const auto s = scene.intersect({{}, light->wi});
     if (!s || std::abs(length(s->p) - light->distance) > 1e-3f) continue;  // the far side
-    const EmittedLight e = scene.emitted(*s, -light->wi, length(s->p));
+    const EmittedLight e = scene.emitted(*s, -light->wi, {}, length(s->p));
     CHECK(e.radiance == light->radiance);
     CHECK(static_cast<double>(e.pdf_solid_angle / light->pdf) == doctest::Approx(1).epsilon(2e-3));
     ++compared;
@@ -212,4 +212,53 @@ TEST_CASE("rays respect their ends") {
   CHECK(scene.intersect({origin, down, 0, 4.1f})->p.z > 0);
   CHECK(scene.intersect({origin, down, 4.5f, 10})->p.z < 0);
   CHECK_FALSE(scene.intersect({origin, down, 7, 10}));
+}
+
+TEST_CASE("shadow rays reach an emitting triangle from anywhere, and see what is just in front of it") {
+  for (const float offset : {0.0f, 100.0f})
+    for (const bool two : {false, true})
+      for (const bool covered : {false, true}) {
+        CAPTURE(offset);
+        CAPTURE(two);
+        CAPTURE(covered);
+        Scene scene;
+        // The mesh lies far from its own origin where it is instanced twice.
+        const Vec3 center = splat(offset), own = two ? Vec3{300, -200, 100} : Vec3{};
+        Shape plate;
+        for (const Vec3 p : {Vec3{-0.5f, -0.5f, 0}, Vec3{0.5f, -0.5f, 0}, Vec3{0.1f, 0.5f, 0}})
+          for (const float x : {p.x + own.x, p.y + own.y, p.z + own.z}) plate.positions.push_back(x);
+        plate.indices = {0, 1, 2};
+        const uint32_t mesh = scene.add_mesh(plate.desc());
+        const uint32_t glow = add_material(scene, SPPM_EMISSION, 1), wall = add_material(scene, SPPM_DIFFUSE, 0.5f);
+        const auto move = [&](Vec3 to) { return Affine{{1, 0, 0, to.x - own.x, 0, 1, 0, to.y - own.y, 0, 0, 1, to.z - own.z}}; };
+        add_instance(scene, mesh, glow, move(center));
+        if (two) add_instance(scene, mesh, wall, move(center - Vec3{0, 0, 5000}));
+        // The floor that is lit, and what covers the emitter at a hundred thousandth of the distance, or of the coordinates if larger.
+        Shape floor, cover;
+        for (const Vec3 p : {Vec3{-80, -80, -10}, Vec3{80, -80, -10}, Vec3{0, 90, -10}})
+          for (const float x : {p.x + center.x, p.y + center.y, p.z + center.z}) floor.positions.push_back(x);
+        floor.indices = {0, 1, 2};
+        add_instance(scene, scene.add_mesh(floor.desc()), wall, {});
+        const float gap = 1e-5f * std::max(10.0f, offset + length(own));
+        for (const Vec3 p : {Vec3{-80, -80, -gap}, Vec3{80, -80, -gap}, Vec3{0, 90, -gap}})
+          for (const float x : {p.x + center.x, p.y + center.y, p.z + center.z}) cover.positions.push_back(x);
+        cover.indices = {0, 1, 2};
+        if (covered) add_instance(scene, scene.add_mesh(cover.desc()), wall, {});
+        commit(scene);
+        std::mt19937 random(4);
+        std::uniform_real_distribution<float> uniform(-1, 1);
+        int tried = 0, reached = 0;
+        for (uint64_t i = 0; i < 4000; ++i) {
+          const float spread = i % 2 ? 1.0f : 20.0f;  // from below, and at grazing angles
+          const Vec3 from = center + Vec3{uniform(random) * spread, uniform(random) * spread, -5};
+          const auto s = scene.intersect({from, {0, 0, -1}});
+          REQUIRE(s);
+          const auto light = scene.lights.sample_direct(s->p, Sampler(6, i).next());
+          REQUIRE((light && light->end));
+          uint64_t rays = 0;
+          ++tried;
+          reached += scene.transmittance(s->spawn_to(*light->end), rays).x > 0;
+        }
+        CHECK(reached == (covered ? 0 : tried));
+      }
 }

@@ -232,3 +232,17 @@ TEST_CASE("a glass cube in a uniform glow without absorption cannot be seen") {
     CHECK(mean(read(session, SPPM_PASS_COMBINED), 4, 0) == doctest::Approx(1).epsilon(roughness > 0 ? 0.02 : 0.01));
   }
 }
+
+TEST_CASE("what overflows is left out and counted, and every pass stays finite") {
+  for (const float intensity : {1.0f, 1e20f}) {
+    const auto scene = std::make_shared<Scene>();
+    add_box(*scene, {}, 1, add_material(*scene, {closure(SPPM_DIFFUSE, intensity == 1 ? 0.5f : 1e25f)}));
+    add_lamp(*scene, {0, 0.5f, 0}, intensity);
+    commit(*scene);
+    Session session(scene, settings(2));
+    session.step(), session.step();
+    CHECK((session.progress().dropped_samples > 0) == (intensity > 1));
+    for (int pass = 0; pass < SPPM_PASS_COUNT; ++pass)
+      for (const float x : read(session, static_cast<SppmPass>(pass))) CHECK(std::isfinite(x));
+  }
+}

@@ -80,3 +80,18 @@ TEST_CASE("textures refer to earlier ones and to images of the scene only") {
   CHECK_THROWS_AS(constant(t, {kInfinity, 0, 0}), Error);
   CHECK(t.count() == 1);
 }
+
+TEST_CASE("a texture that many mixes share is evaluated once, and what rests on too many is refused") {
+  Textures t;
+  const uint32_t attribute = t.add_texture(desc(SPPM_TEXTURE_ATTRIBUTE)), half = constant(t, splat(0.5f));
+  uint32_t top = attribute;
+  const auto average_with_itself = [&] {  // each step doubles the ways to the first
+    SppmTextureDesc mix = desc(SPPM_TEXTURE_MIX);
+    mix.a = mix.b = top, mix.factor = half;
+    return t.add_texture(mix);
+  };
+  for (int i = 0; i < 253; ++i) top = average_with_itself();
+  check(t.evaluate(top, {{}, {0.1f, 0.2f, 0.3f}}), {0.1f, 0.2f, 0.3f});
+  top = average_with_itself();
+  CHECK_THROWS_AS(average_with_itself(), Error);
+}

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from scenes import (DOWN, Scene, area, at, box, check, diffuse, emission, floor, glass, means, quad, render, sphere, sun_frame)
-from sppm import native
+from scenes import (DOWN, Scene, area, at, box, check, diffuse, emission, floor, glass, grey, means, quad, render, sphere,
+                    sun_frame)
+from sppm import native, scene_desc
 from sppm.scene_desc import LightFlags, LightType
 
 RHO = 0.6
@@ -211,7 +212,28 @@ def test_photons_carry_the_power_of_every_lamp():
                     frame = np.stack([right, np.cross(back, right), back, 0 * back], axis=1)
                     scene.camera(frame, 1, size)
                     picture = render(scene, "Indirect", iterations=2, photons_per_iteration=10000, initial_radius=radius,
-                                     seed=seed, max_depth=DEEP, pixel_filter="BOX", filter_width=1.0)
+                                     indirect="PHOTONS", radius_rule="PROGRESSIVE", seed=seed, max_depth=DEEP,
+                                     pixel_filter="BOX", filter_width=1.0)
                     walls.append(picture.mean())
             rows.append(np.mean(walls))
         check(rows, watts * a**2 / (1 - a) / np.pi / 24, bias=2 * radius * 2 / (3 * np.pi))
+
+
+# ---------------------------------------------------------------- the split of light
+
+SPLITS = [dict(indirect=indirect, aim_photons=aim) for indirect in ("PHOTONS", "PATHS") for aim in (False, True)]
+
+
+@pytest.mark.parametrize("split", SPLITS, ids=lambda split: "-".join(map(str, split.values())))
+@pytest.mark.parametrize("roughness", [0.0, 0.3, 0.37, 0.8])
+def test_every_path_is_counted_once(split, roughness):
+    """A furnace with a metal ball that reflects all: 1 / (1 - albedo) everywhere, whoever finds which light.
+
+    The ball's rough reflection is shared between photons and paths by its roughness. Its energy is given back (16 x 16 table).
+    """
+    metal = scene_desc.ClosureDesc(scene_desc.ClosureType.CONDUCTOR, scene_desc.ClosureFlags.PRESERVE_ENERGY,
+                                   roughness=scene_desc.Param(grey(roughness)))
+    scene = Scene().add(box((-1, -1, -1), (1, 1, 1)), diffuse(0.5), emission(1)).add(sphere(0.5, divisions=3), metal)
+    scene.camera(at(0, 0, 0.95), 0.3)
+    found = means(scene, "Combined", iterations=8, photons_per_iteration=20000, max_depth=DEEP, initial_radius=0.05, **split)
+    check(found, 2, precision=0.015, bias=0.01)

@@ -32,7 +32,7 @@ extern "C" {
 #endif
 
 /* Raised whenever a caller built for another header could misread a struct. Compare with sppm_abi_version() at load. */
-#define SPPM_ABI_VERSION 1
+#define SPPM_ABI_VERSION 2
 
 typedef enum SppmStatus {
   SPPM_OK = 0,
@@ -89,7 +89,8 @@ typedef enum SppmExtension { SPPM_REPEAT = 0, SPPM_EXTEND = 1, SPPM_CLIP = 2, SP
 typedef enum SppmBlend { SPPM_BLEND_MIX = 0, SPPM_BLEND_MULTIPLY = 1, SPPM_BLEND_ADD = 2, SPPM_BLEND_SUBTRACT = 3,
   SPPM_BLEND_SCREEN = 4, SPPM_BLEND_DIFFERENCE = 5, SPPM_BLEND_DARKEN = 6, SPPM_BLEND_LIGHTEN = 7 } SppmBlend;
 
-/* A colour that varies over a surface. A texture may refer to textures added before it, so there are no cycles. */
+/* A colour that varies over a surface. A texture may refer to textures added before it, so there are no cycles; it may rest on 255 of
+ * them, directly or through others. */
 typedef struct SppmTextureDesc {
   uint64_t struct_size;
   uint32_t type; /* SppmTextureType */
@@ -120,7 +121,10 @@ typedef enum SppmClosureFlags {
   SPPM_CLOSURE_RETRO = 1,           /* DIFFUSE: Disney's retro-reflective diffuse instead of Lambert */
   SPPM_CLOSURE_PRESERVE_ENERGY = 2, /* rough DIELECTRIC, CONDUCTOR, COAT: give back what multiple scattering loses */
   SPPM_CLOSURE_ATTENUATE = 4,       /* COAT: closures after it get what its albedo leaves, not their full weight */
-  SPPM_CLOSURE_REFRACTION_ONLY = 8 /* DIELECTRIC: all transmission, no Fresnel reflection (Blender's Refraction BSDF) */
+  SPPM_CLOSURE_REFRACTION_ONLY = 8, /* DIELECTRIC: all transmission, no Fresnel reflection (Blender's Refraction BSDF) */
+  SPPM_CLOSURE_EDGE_BY_IOR = 16, /* CONDUCTOR: goes from `color` to `color2` as a dielectric of index `ior` does, not as Schlick has it */
+  SPPM_CLOSURE_SEPARABLE = 32 /* rough DIELECTRIC, CONDUCTOR, COAT as in Cycles before 4.0: masking and shadowing are independent, and
+                                 the shares of reflection and transmission are those at the shading normal toward the camera's side */
 } SppmClosureFlags;
 
 typedef struct SppmClosureDesc {
@@ -131,7 +135,7 @@ typedef struct SppmClosureDesc {
   SppmParam color;     /* see the type */
   SppmParam color2;    /* see the type */
   SppmParam roughness; /* 0 to 1; the microfacet alpha is its square (GGX) */
-  float ior;           /* DIELECTRIC and COAT: > 0 */
+  float ior;           /* DIELECTRIC, COAT, and CONDUCTOR with EDGE_BY_IOR: > 0 */
 } SppmClosureDesc;
 
 /* The sum of its closures; without any it is black. */
@@ -249,22 +253,36 @@ typedef enum SppmPass {
   SPPM_PASS_DEPTH = 1,    /* 1 channel: depth along the camera's -z (PERSPECTIVE: distance to the camera plane); 1e10 where nothing */
   SPPM_PASS_NORMAL = 2,   /* 3: shading normal at the first hit, world */
   SPPM_PASS_DIRECT = 3,   /* 3: emission, environment and direct light */
-  SPPM_PASS_INDIRECT = 4, /* 3: photons that scattered at a diffuse surface */
+  SPPM_PASS_INDIRECT = 4, /* 3: light that met another diffuse surface before, be it by photons or by paths */
   SPPM_PASS_CAUSTICS = 5, /* 3: photons that reached a diffuse surface by specular ones only */
   SPPM_PASS_RADIUS = 6,   /* 1: search radius of the caustic photons [m] where the pixel has one, else of the others */
-  SPPM_PASS_PHOTONS = 7,  /* 1: N of both kinds of photons, as the progressive rule counts them */
+  SPPM_PASS_PHOTONS = 7,  /* 1: photons found of both kinds; under the PROGRESSIVE rule as that counts them */
   SPPM_PASS_COUNT = 8
 } SppmPass;
+
+/* Who finds the light that is neither direct nor a caustic. */
+typedef enum SppmIndirect {
+  SPPM_INDIRECT_PHOTONS = 0, /* photons from the lights to anywhere, gathered at the first diffuse surface that is seen */
+  SPPM_INDIRECT_PATHS = 1,   /* camera paths that go on there; photons are left with what goes through specular surfaces first */
+  SPPM_INDIRECT_AUTO = 2     /* PHOTONS where a first iteration finds enough of them at most pixels, else PATHS */
+} SppmIndirect;
+
+/* How the search radius of a pixel shrinks from one iteration to the next. */
+typedef enum SppmRadiusRule {
+  SPPM_RADIUS_PROGRESSIVE = 0, /* r'^2 = r^2 (N + gamma M) / (N + M), M photons found in the iteration and N kept before */
+  SPPM_RADIUS_DENSITY = 1,     /* by the density of photons found before, and by the iteration as PASS_INDEXED */
+  SPPM_RADIUS_PASS_INDEXED = 2 /* r'^2 = r^2 (i + gamma) / (i + 1) after iteration i, whatever was found */
+} SppmRadiusRule;
 
 typedef struct SppmSettings {
   uint64_t struct_size;
   uint64_t iterations;            /* >= 1 */
-  uint64_t photons_per_iteration; /* 0: as many as pixels */
+  uint64_t photons_per_iteration; /* 0: so many that their rays are about as many as those of camera paths */
   double initial_radius;          /* metres; 0: automatic, from the footprint of pixels at what they see */
   uint32_t max_depth;             /* vertices of a path, 1 to 1024 */
   uint32_t pixel_filter;          /* SppmPixelFilter */
   double filter_width;            /* pixels, > 0: the reach to either side of BLACKMAN_HARRIS, the whole width of BOX, as in Cycles */
-  double gamma;                   /* 0 < gamma < 1, the share of new photons that is kept: 2/3 */
+  double gamma;                   /* 0 < gamma < 1, the share of new photons that is kept when the radius shrinks */
   uint64_t seed;
   double time_limit;              /* seconds of wall time, 0: none; the iteration under way is finished */
   uint64_t write_interval;        /* iterations between snapshots; 0: none */
@@ -272,6 +290,9 @@ typedef struct SppmSettings {
   uint32_t threads;               /* 0: all cores */
   uint32_t transparent_film;      /* environment seen by camera rays is transparent */
   uint64_t passes;                /* bit (1 << SppmPass) for each pass that will be read; COMBINED is always there */
+  uint32_t indirect;              /* SppmIndirect */
+  uint32_t radius_rule;           /* SppmRadiusRule */
+  uint32_t aim_photons;           /* photons that caustics are made of leave toward the surfaces that throw them only */
 } SppmSettings;
 
 typedef struct SppmProgress {
@@ -282,9 +303,10 @@ typedef struct SppmProgress {
   uint64_t rays_camera, rays_shadow, rays_photon;
   uint64_t dropped_samples; /* non-finite samples that were left out */
   double seconds;           /* wall time spent in steps */
-  double seconds_camera, seconds_photons, seconds_grid, seconds_gather, seconds_update;
+  double seconds_camera, seconds_photons, seconds_grid, seconds_gather;
   uint64_t memory_bytes;    /* estimate of the session's own state */
   uint32_t finished;        /* all iterations done or the time limit reached */
+  uint32_t indirect;        /* SppmIndirect in use; AUTO before the first iteration has decided */
 } SppmProgress;
 
 /* `scene` must be committed. */

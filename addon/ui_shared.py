@@ -1,0 +1,135 @@
+"""Panels of Blender that serve this engine too, and those that show what only Cycles' own panels would."""
+
+import bpy
+
+from . import compat
+
+ENGINE = "SPPM"
+
+# Panels for Blender's own renderers that show nothing this engine can do, or that are replaced here.
+_EXCLUDED = {"VIEWLAYER_PT_filter", "VIEWLAYER_PT_layer_passes", "RENDER_PT_post_processing", "RENDER_PT_simplify",
+             "RENDER_PT_simplify_viewport", "RENDER_PT_simplify_render", "RENDER_PT_simplify_greasepencil", "DATA_PT_light",
+             "DATA_PT_area", "DATA_PT_falloff_curve", "MATERIAL_PT_preview", "WORLD_PT_preview", "DATA_PT_preview"}
+
+# Panels made for EEVEE that show what every shader-node engine needs.
+_INCLUDED = {"DATA_PT_EEVEE_light", "DATA_PT_spot", "DATA_PT_camera_dof", "DATA_PT_camera_dof_aperture",
+             "EEVEE_MATERIAL_PT_context_material", "EEVEE_NEXT_MATERIAL_PT_context_material", "EEVEE_WORLD_PT_surface"}
+
+
+class EnginePanel:
+    """A panel that is there while this engine is chosen; `draw_properties` fills a column of labels and values."""
+
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "render"
+    COMPAT_ENGINES = {ENGINE}
+
+    @classmethod
+    def poll(cls, context):
+        return context.engine in cls.COMPAT_ENGINES
+
+    def draw(self, context):
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        self.draw_properties(layout.column(), context)
+
+
+class SPPM_LIGHT_PT_settings(EnginePanel, bpy.types.Panel):
+    """What the exporter reads of a lamp beside what Blender's own light panel shows."""
+
+    bl_label = "Light Settings"
+    bl_context = "data"
+
+    @classmethod
+    def poll(cls, context):
+        return context.light and super().poll(context)
+
+    def draw_properties(self, layout, context):
+        light, lamp = context.light, context.object
+        owner, name = compat.shadow_switch(light)
+        layout.prop(owner, name, text="Cast Shadow")
+        if light.type == "AREA":
+            layout.prop(light, "spread")
+        if lamp is not None and lamp.type == "LIGHT":
+            seen = layout.column(heading="Seen in")
+            seen.prop(lamp, "visible_glossy", text="Mirrors")
+            seen.prop(lamp, "visible_transmission", text="Glass")
+
+
+class SPPM_LIGHT_PT_nodes(EnginePanel, bpy.types.Panel):
+    bl_label = "Nodes"
+    bl_context = "data"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context):
+        return context.light and super().poll(context)
+
+    def draw_properties(self, layout, context):
+        _draw_surface(layout, context.light)
+
+
+class SPPM_MATERIAL_PT_surface(EnginePanel, bpy.types.Panel):
+    """EEVEE's panel would show EEVEE's output; what is rendered is that for Cycles."""
+
+    bl_label = "Surface"
+    bl_context = "material"
+
+    @classmethod
+    def poll(cls, context):
+        return context.material and super().poll(context)
+
+    def draw_properties(self, layout, context):
+        if not _draw_surface(layout, context.material):
+            layout.prop(context.material, "diffuse_color", text="Color")
+
+
+def _draw_surface(layout, owner):
+    """The shader of a material or lamp as the exporter finds it; False where it is not described by nodes."""
+    if not compat.uses_nodes(owner):
+        layout.prop(owner, "use_nodes", icon="NODETREE")
+        return False
+    output = owner.node_tree.get_output_node("CYCLES")
+    if output is None:
+        layout.label(text="No output node", icon="ERROR")
+    else:
+        layout.template_node_view(owner.node_tree, output, output.inputs["Surface"])
+    return True
+
+
+class SPPM_WORLD_PT_ray_visibility(EnginePanel, bpy.types.Panel):
+    """Only where Cycles is there to store it: in its files the world may be hidden from the camera."""
+
+    bl_label = "Ray Visibility"
+    bl_context = "world"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context):
+        return context.world and hasattr(context.world, "cycles_visibility") and super().poll(context)
+
+    def draw_properties(self, layout, context):
+        layout.prop(context.world.cycles_visibility, "camera")
+
+
+CLASSES = (SPPM_LIGHT_PT_settings, SPPM_LIGHT_PT_nodes, SPPM_MATERIAL_PT_surface, SPPM_WORLD_PT_ray_visibility)
+
+
+def share_panels():
+    for panel in _blender_panels():
+        panel.COMPAT_ENGINES.add(ENGINE)
+
+
+def take_back_panels():
+    for panel in _blender_panels():
+        panel.COMPAT_ENGINES.discard(ENGINE)
+
+
+def _blender_panels():
+    """Registered panels of Blender that this engine shares."""
+    for panel in bpy.types.Panel.__subclasses__():
+        # The shader editor's copy of a panel shares the original's set of engines.
+        name, engines = panel.__name__.removeprefix("NODE_"), getattr(panel, "COMPAT_ENGINES", ())
+        if name in _INCLUDED or ("BLENDER_RENDER" in engines and name not in _EXCLUDED and "freestyle" not in name):
+            yield panel

@@ -1,0 +1,79 @@
+"""Run by test_ui.py in a Blender with a window: shows every tab of the properties editor, prints each panel that draws itself."""
+
+import sys
+from pathlib import Path
+
+import bpy
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "blend_scenes"))
+import make_scenes
+
+TABS = {"Ball": ("RENDER", "VIEW_LAYER", "WORLD", "OBJECT", "MATERIAL"), "Point": ("DATA",), "Camera": ("DATA",)}
+
+
+def main():
+    """From a timer, once the window is there."""
+    for cls in list(bpy.types.Panel.__subclasses__()):
+        if cls.__module__.startswith("sppm") and "COMPAT_ENGINES" in dir(cls) and hasattr(cls, "draw_properties"):
+            print_when_drawn(cls)
+    area = next(area for area in bpy.context.window_manager.windows[0].screen.areas if area.type == "PROPERTIES")
+    window = bpy.context.window_manager.windows[0]
+    make_scene()
+    for name, tabs in TABS.items():
+        select(name)
+        for tab in tabs:
+            with bpy.context.temp_override(window=window):
+                bpy.ops.wm.redraw_timer(type="DRAW_WIN_SWAP", iterations=1)
+                area.spaces[0].context = tab
+                bpy.ops.wm.redraw_timer(type="DRAW_WIN_SWAP", iterations=2)
+    sys.stdout.flush()
+    bpy.ops.wm.quit_blender()
+
+
+def print_when_drawn(cls):
+    """Opens the panel, too: closed ones are not drawn."""
+    bpy.utils.unregister_class(cls)
+    cls.bl_options = set()
+    draw = cls.draw_properties
+
+    def drawn(self, layout, context):
+        draw(self, layout, context)
+        print("DRAWN", cls.__name__)
+
+    cls.draw_properties = drawn
+    bpy.utils.register_class(cls)
+
+
+def make_scene():
+    """Rendered, with something to tell: the ball's normals are flipped."""
+    for thing in list(bpy.data.objects):
+        bpy.data.objects.remove(thing)
+    scene = bpy.context.scene
+    scene.render.engine = "SPPM"
+    scene.render.resolution_x = scene.render.resolution_y = 32
+    scene.sppm.iterations = 2
+    make_scenes.add_floor(4.0, make_scenes.diffuse("White", make_scenes.WHITE))
+    make_scenes.add_sphere("Ball", (0, 0, 0.5), 0.4, make_scenes.glass("Glass"), 32, 16).data.flip_normals()
+    make_scenes.add_lamp("POINT", (1, -1, 2), (0, 0, 0), 50.0, shadow_soft_size=0.05)
+    make_scenes.add_camera((0, -4, 1), (0, 0, 0.5))
+    bpy.ops.render.render()
+
+
+def select(name):
+    bpy.context.view_layer.objects.active = bpy.data.objects[name]
+    bpy.data.objects[name].select_set(True)
+
+
+def guarded():
+    """A timer's error would leave the window open for ever."""
+    try:
+        main()
+    except BaseException:
+        import traceback
+
+        traceback.print_exc()
+        sys.stdout.flush()
+        bpy.ops.wm.quit_blender()
+
+
+bpy.app.timers.register(guarded, first_interval=1.0)
