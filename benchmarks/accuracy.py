@@ -108,7 +108,7 @@ def blend_scenes(size=64):
 def leaking(quick):
     """Beside thin walls and in corners."""
     settings = dict(reach=1.0, seeds=2 if quick else 4)
-    later = dict(settings, iterations=16 if quick else 64, photons_per_iteration=20_000)
+    later = dict(settings, iterations=16 if quick else 64, photons_per_iteration=20_000, radius_rule="PASS_INDEXED")
 
     def rows():
         for thickness in (0.0, 0.25, 0.5, 0.75, 1.0):

@@ -43,15 +43,15 @@ def regions_of(desc, combined, caustics):
 def measure(desc, first=1, reference=16, seeds=4, **settings):
     """Renders with `first` times FACTORS iterations and compares with `reference` times the most, of another seed.
 
-    The reference has a bias of its own, smaller by reference^(-1/3): slopes come out a little steeper than they are.
+    The reference has a bias of its own: slopes come out a little steeper than they are. Rare glints that only the reference has
+    met say nothing about the others: 0.1 % of the pixels, the worst at the end, are left out everywhere.
     """
     final, caustics = render(desc, first * FACTORS[-1] * reference, 999, "Combined", "Caustics", **settings)
     final = final[..., :3]
     regions = regions_of(desc, final, caustics)
-    errors = {name: [] for name in regions}
-    for factor in FACTORS:
-        found = [render(desc, first * factor, seed, "Combined", **settings)[0][..., :3] for seed in range(seeds)]
-        for name, mask in regions.items():
-            squares = [metrics.rmse(picture, final, mask) ** 2 for picture in found]
-            errors[name].append(np.sqrt(np.mean(squares)) / final[mask].mean())
+    squares = [np.mean([((render(desc, first * factor, seed, "Combined", **settings)[0][..., :3] - final) ** 2).mean(-1)
+                        for seed in range(seeds)], axis=0) for factor in FACTORS]
+    kept = squares[-1] <= np.quantile(squares[-1], 1 - metrics.WORST)
+    errors = {name: [np.sqrt(found[mask & kept].mean()) / final[mask & kept].mean() for found in squares]
+              for name, mask in regions.items()}
     return Falling(errors, {name: int(mask.sum()) for name, mask in regions.items()})

@@ -14,7 +14,7 @@ FILES = sorted(Path(make_scenes.__file__).parent.glob("*.blend"))
 @pytest.mark.slow
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
 def test_error_falls_everywhere(file):
-    """About N^(-1/3), see tests/render/test_consistency.py.
+    """See tests/render/test_consistency.py for the slopes that are expected.
 
     Where most is seen straight or in mirrors and glass, the errors of well spread samples fall faster: up to N^(-1).
     """

@@ -66,12 +66,12 @@ def flux_in_focus():
 def flux_in_narrow_focus(iterations=64, **settings):
     """The same where the image is smaller than the first radius and each pixel has a radius of its own.
 
-    Radii shrink fastest where the light is. Pixels around still reach it with wide kernels and count it as well, so that the sum is
-    too large until they no longer reach it.
+    Radii shrink fastest where the light is. Pixels around still reach it with wide kernels and count it as well, so that the sum
+    is too large until they no longer reach it.
     """
     half = 0.05
     scene = under_lens(focal_length()[0], angle=0.02).above(0.1, half, size=32)
-    settings = dict(search=half / 2, iterations=iterations, photons_per_iteration=5000) | settings
+    settings = dict(search=half / 2, iterations=iterations, photons_per_iteration=5000, radius_rule="DENSITY") | settings
     found = floor_irradiance(scene, 4, **settings).mean((1, 2)) / 3
     return found * (2 * half) ** 2, np.pi * APERTURE**2 * through_lens()
 

@@ -183,8 +183,12 @@ def traced(source, caster, half, blocks, search, rays):
 
 
 def floor_irradiance(scene, seeds, search, **settings):
-    """What the Caustics pass tells of the floor, sharp pixels: (seeds, height, width) [W m^-2]."""
-    settings = dict(pixel_filter="BOX", filter_width=1.0, initial_radius=search, max_depth=64) | settings
+    """What the Caustics pass tells of the floor, sharp pixels: (seeds, height, width) [W m^-2].
+
+    All pixels have one radius, so that what a kernel blurs is known and the flux is kept.
+    """
+    settings = dict(pixel_filter="BOX", filter_width=1.0, initial_radius=search, max_depth=64,
+                    radius_rule="PASS_INDEXED") | settings
     return np.array([render(scene, "Caustics", seed=seed, **settings)[..., 0] for seed in range(seeds)]) * np.pi / RHO
 
 

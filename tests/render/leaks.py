@@ -39,7 +39,7 @@ def strip(scene, x, width, size=32):
 def profile(scene, seeds=4, **settings):
     """Indirect radiance over the columns of the picture."""
     settings = dict(initial_radius=RADIUS, iterations=1, photons_per_iteration=200_000, pixel_filter="BOX",
-                    filter_width=1) | settings
+                    filter_width=1, indirect="PHOTONS") | settings
     return np.mean([render(scene, "Indirect", seed=seed, **settings)[..., 0].mean(0) for seed in range(seeds)], axis=0)
 
 
@@ -66,4 +66,5 @@ def dark_face(thickness, **settings):
     """The Indirect and Photons passes of the middle of the wall's dark side, far from all edges."""
     scene = two_rooms(thickness * RADIUS)
     scene.camera(look_at((0.5, 0, 0), (0, 0, 0)), 0.5, 16)
-    return render(scene, "Indirect", "Photons", initial_radius=RADIUS, iterations=4, photons_per_iteration=100_000, **settings)
+    return render(scene, "Indirect", "Photons", initial_radius=RADIUS, iterations=4, photons_per_iteration=100_000,
+                  indirect="PHOTONS", **settings)

@@ -11,7 +11,7 @@ from sppm.scene_desc import ClosureDesc, ClosureType, LightFlags, LightType, Par
 
 SIGMAS = 4
 FLOAT_ROUNDING = 2e-5  # of float32 along a path
-SPLITS = [dict()]  # settings that share out the light between the estimators, one each: all must show the same
+SPLITS = [dict(indirect=kind) for kind in ("PHOTONS", "PATHS", "AUTO")]  # all must show the same
 
 IDENTITY = np.eye(3, 4)
 DOWN = IDENTITY  # a light at the origin that shines along -z
