@@ -90,9 +90,9 @@ def area_radiance_per_watt(area):
 
 
 def sun_irradiance(angle):
-    """Irradiance of a sun of strength 1 and full `angle` on a plane that faces it: 1, in 3.4 less for wide ones (measured; 4.2 is guessed)."""
+    """Irradiance of a sun of strength 1 and full `angle` on a plane that faces it: 1, in 3.4 less for wide ones."""
     cosine = math.cos(0.5 * angle)
-    return 1.0 if bpy.app.version >= (4, 5, 0) else 2.0 * cosine / (1.0 + cosine)
+    return 1.0 if bpy.app.version >= (4, 0, 0) else 2.0 * cosine / (1.0 + cosine)
 
 
 def spot_falls_with_cosine():

@@ -22,7 +22,7 @@ struct RadiusRule {
   double gamma = 2.0 / 3;  // share of the new photons that is kept
   double shrink = 1;       // DENSITY and PASS_INDEXED: r^2 of this iteration over that of the first
   double wanted = 10;      // DENSITY: photons in the first iteration's disk, were there as many paths as pixels
-  double narrowest = 0.35, widest = 5;  // DENSITY: limits of the first iteration's, in footprints
+  double narrowest = 0.35; // DENSITY: least radius of the first iteration, in footprints; the largest is kFirstRadius
   uint64_t pixels = 1;
 
   // Knaus and Zwicker 2011: r^2 of iteration i + 1 over that of iteration i, i from 1.
@@ -67,7 +67,7 @@ struct PhotonEstimate {
       const double per_area = count / searched * static_cast<double>(rule.pixels);
       const double wanted = std::sqrt(rule.wanted * rule.shrink / (M_PI * per_area));  // infinite where none was found
       const double limit = footprint * std::sqrt(rule.shrink);
-      next = std::clamp(wanted, rule.narrowest * limit, rule.widest * limit);
+      next = std::clamp(wanted, rule.narrowest * limit, kFirstRadius * limit);
     }
     radius = std::max(next, smallest);
   }

@@ -39,9 +39,6 @@ const SppmSettings& checked(const SppmSettings& s) {
 // Photons and camera paths should take about the same time; beyond these shares of the pixels neither helps the other.
 constexpr double kFewestPhotons = 1.0 / 16, kMostPhotons = 16;
 
-// Other indirect light reaches nearly every pixel, so few photons in a disk only mean that it is weak there: no reason to look farther.
-constexpr double kIndirectWidest = 3;
-
 // AUTO: photons serve where most pixels find this many of them in their first disk.
 constexpr double kEnoughPhotons = 3, kEnoughPixels = 0.6;
 
@@ -151,17 +148,17 @@ PhotonRules Session::rules(std::span<const PhotonBatch> batches) const {
     rule.shrink = shrink_;
     rule.pixels = scene_->camera.region_width * scene_->camera.region_height;
   }
-  rules.radius[kIndirect].widest = kIndirectWidest;
   return rules;
 }
 
 // An AUTO session that has too few photons for its pixels begins again with paths.
-void Session::decide_indirect() {
+void Session::decide_indirect(SppmProgress& done) {
   indirect_ = film_.share_with(kIndirect, kEnoughPhotons) >= kEnoughPixels ? SPPM_INDIRECT_PHOTONS : SPPM_INDIRECT_PATHS;
   if (indirect_ == SPPM_INDIRECT_PHOTONS) return;
   film_.clear();
   iteration_ = 0, shrink_ = 1;
   emitted_.fill(0);
+  done.photons_emitted = done.photons_stored = 0;
   path_.trace_indirect = true;
 }
 
@@ -172,7 +169,7 @@ void Session::step() {
     const bool undecided = indirect_ == SPPM_INDIRECT_AUTO;
     iterate(done);
     if (undecided) {
-      decide_indirect();
+      decide_indirect(done);
       if (path_.trace_indirect) iterate(done);
     }
   }

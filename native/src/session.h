@@ -28,7 +28,7 @@ class Session {
   std::vector<PhotonBatch> plan_batches() const;
   void plan_budget(const RayCounts& camera, std::span<const PhotonBatch> batches, std::span<const RayCounts> photons);
   PhotonRules rules(std::span<const PhotonBatch> batches) const;
-  void decide_indirect();
+  void decide_indirect(SppmProgress& done);
   uint64_t memory() const;
 
   std::shared_ptr<const Scene> scene_;

@@ -31,11 +31,11 @@ ALLOWANCE = 0.002
 # The median standard error of a block that still tests something.
 PRECISION = 0.015
 
-# How our other indirect light is estimated where all light is compared. Photons are gathered within a quarter of a pixel's width:
-# what a kernel loses at an edge then stays below the noise of a block.
+# How our light is estimated where all light is compared. Photons are gathered within a quarter of a pixel's width: what a kernel loses
+# at an edge then stays below the noise of a block.
 PHOTONS_PER_ITERATION = 32768
 RADIUS_IN_PIXELS = 0.25
-SETTINGS = {}  # any further settings of the engine, by name
+SETTINGS = {"indirect": "PATHS"}  # of the engine: other indirect light without any kernel
 
 WIDTH = {  # of what the camera sees, metres
     "cornell_glass": 2.4, "cornell_diffuse": 2.4, "ring": 0.15, "pool": 4.0, "sun_glass": 0.2, "instances": 2.6,

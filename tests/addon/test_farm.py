@@ -168,6 +168,7 @@ def test_a_range_of_frames_of_a_cycles_scene(shot, tmp_path):
 
 @AS_PROGRAM
 def test_log_tells_how_far_each_frame_is(shot, tmp_path):
+    shot.sppm.indirect = "PHOTONS"
     code, output = run_blender(tmp_path, "-s", "3", "-e", "4", "-a")
     assert code == 0, output
     found = [tuple(map(int, numbers)) for numbers in STATUS.findall(output)]

@@ -15,7 +15,7 @@ from pathlib import Path
 import bpy
 
 ROOT = Path(__file__).resolve().parents[2]
-for part in ("blend_scenes", "tests/addon"):
+for part in ("blend_scenes", "tests", "tests/addon"):
     sys.path.insert(0, str(ROOT / part))
 
 LIBRARIES = ("libembree", "libtbb", "libOpenEXR", "libImath", "libIex", "libIlmThread")

@@ -51,7 +51,7 @@ def room():
     scene = Scene().add(box((-2.5, -2, -1.4), (2.5, 2, 1.4)), diffuse(0.6)).add(ball, glass(), normals=normals)
     scene.add(box((-1.2, 0, -1.4), (-0.4, 0.8, -0.4)), diffuse(0.7))
     scene.light(LightType.RECTANGLE, at(-0.5, 0, 1.3), 30, size_x=0.3, size_y=0.3, flags=LightFlags.HIDDEN_FROM_SPECULAR)
-    return scene.camera(look_at((0, -1.9, 0.4), (0, 0.6, -0.5)), 0.8, SIZE)
+    return scene.camera(look_at((2.3, -1.6, 0.8), (0.3, 0.4, -0.9)), 0.7, SIZE)
 
 
 def terrain(half=500.0):

@@ -61,6 +61,37 @@ def test_combined_is_the_sum_of_its_parts():
     assert found["Indirect"].any() and found["Caustics"].any()
 
 
+# ---------------------------------------------------------------- the split of the work
+
+
+@pytest.mark.parametrize("indirect", ["PHOTONS", "PATHS"])
+def test_photons_take_about_as_many_rays_as_camera_paths(indirect):
+    with native.Scene(room(48).desc) as scene, native.Session(scene, native.Settings(indirect=indirect)) as session:
+        session.step()
+        first = session.progress()
+        for _ in range(4):
+            session.step()
+        last = session.progress()
+    paths = last.rays_camera + last.rays_shadow - first.rays_camera - first.rays_shadow
+    assert 0.8 < (last.rays_photon - first.rays_photon) / paths < 1.25
+
+
+@pytest.mark.parametrize(("walls", "wanted"), [(True, "PHOTONS"), (False, "PATHS")])
+def test_closed_rooms_are_lit_by_photons_and_open_ones_by_paths(walls, wanted):
+    scene = room(48) if walls else Scene(0.1).add(floor(50), diffuse(0.5)).light(LightType.SUN, DOWN, 3).above(1, 0.5, size=48)
+    with native.Scene(scene.desc) as built, native.Session(built, native.Settings()) as session:
+        assert session.progress().indirect == "AUTO"
+        session.step()
+        assert session.progress().indirect == wanted
+
+
+def test_what_throws_no_caustics_costs_no_photons():
+    scene = Scene(0.1).add(floor(50), diffuse(0.5)).light(LightType.SUN, DOWN, 3).above(1, 0.5, size=48)
+    with native.Scene(scene.desc) as built, native.Session(built, native.Settings(indirect="PATHS")) as session:
+        session.step()
+        assert session.progress().photons_emitted == session.progress().rays_photon == 0
+
+
 # ---------------------------------------------------------------- stopping
 
 

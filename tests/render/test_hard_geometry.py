@@ -73,7 +73,7 @@ def test_too_far_from_the_origin(distance):
     render_room(move=(distance, -distance / 2, distance / 3))
 
 
-@pytest.mark.parametrize("edge", [1e-12, 1e-6, 1e6, 1e12])
+@pytest.mark.parametrize("edge", [1e-12, 1e-6, 1e6, 1e10])
 @pytest.mark.parametrize("kind", ["lit", "emitting"])
 def test_one_triangle_of_any_size(edge, kind):
     """Squares and products of edges leave the range of floats long before the edges do."""
