@@ -144,16 +144,16 @@ uint64_t Film::update(const CameraSamples& samples, const PhotonMaps& maps, cons
       }
     });
   });
-  if (rules.radius[0].rule == SPPM_RADIUS_DENSITY) limit_radii(width);
+  if (rules.radius[0].rule == SPPM_RADIUS_DENSITY) limit_radii(width, threads);
   return std::accumulate(dropped.begin(), dropped.end(), uint64_t{0});
 }
 
 // A pixel's disk that reaches a bright spot from beside it adds light that the spot's own small disks do not lack. So no disk may be so
 // much wider than one near by that it reaches that one's.
-void Film::limit_radii(uint64_t width) {
+void Film::limit_radii(uint64_t width, const Threads& threads) {
   const uint64_t height = pixels_.size() / width;
-  std::vector<float> radii(pixels_.size());  // in footprints
-  for (size_t kind = 0; kind < kPhotonKinds; ++kind) {
+  threads.for_each(kPhotonKinds, [&](uint64_t kind) {
+    std::vector<float> radii(pixels_.size());  // in footprints
     for (size_t i = 0; i < radii.size(); ++i) {
       const Pixel& p = pixels_[i];
       radii[i] = p.footprint > 0 ? static_cast<float>(p.photons[kind].radius) / p.footprint : kInfinity;
@@ -163,7 +163,7 @@ void Film::limit_radii(uint64_t width) {
       double& radius = pixels_[i].photons[kind].radius;
       if (radii[i] < kInfinity) radius = std::min(radius, static_cast<double>(radii[i] * pixels_[i].footprint));
     }
-  }
+  });
 }
 
 void Film::clear() {

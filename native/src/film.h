@@ -48,7 +48,7 @@ class Film {
   uint64_t memory() const;
 
  private:
-  void limit_radii(uint64_t width);
+  void limit_radii(uint64_t width, const Threads& threads);
 
   std::vector<Pixel> pixels_;
   std::vector<float> depth_;         // of the first iteration

@@ -73,16 +73,25 @@ constexpr uint64_t kSeedFactors[kDimensions] = {0xd1342543de82ef95u, 0xaf251af3b
 
 // Integral of the window from its left edge to step i of its left half, the whole window's being 1. By position and not by its value,
 // so that the tails, where the window is ten thousand times lower, are as fine as the middle.
-constexpr int kFilterSteps = 512;
-std::vector<float> make_filter_table() {
-  std::vector<float> integral;
-  for (int i = 0; i <= kFilterSteps; ++i) {
-    const double a = M_PI * i / kFilterSteps;
-    const double sines = 0.48829 * std::sin(a) - 0.14128 * std::sin(2 * a) / 2 + 0.01168 * std::sin(3 * a) / 3;
-    integral.push_back(static_cast<float>(0.5 * i / kFilterSteps - sines / (2 * M_PI * 0.35875)));
+struct FilterTable {
+  static constexpr size_t kSteps = 512, kGuides = 512;
+
+  std::array<float, kSteps + 1> integral;
+  std::array<uint16_t, kGuides> guide;  // last step at or below k / (2 kGuides), from where a search has few steps to go
+
+  FilterTable() {
+    for (size_t i = 0; i <= kSteps; ++i) {
+      const double a = M_PI * static_cast<double>(i) / kSteps;
+      const double sines = 0.48829 * std::sin(a) - 0.14128 * std::sin(2 * a) / 2 + 0.01168 * std::sin(3 * a) / 3;
+      integral[i] = static_cast<float>(0.5 * static_cast<double>(i) / kSteps - sines / (2 * M_PI * 0.35875));
+    }
+    size_t step = 0;
+    for (size_t k = 0; k < kGuides; ++k) {
+      while (step + 2 < kSteps && integral[step + 1] <= 0.5f * static_cast<float>(k) / kGuides) ++step;
+      guide[k] = static_cast<uint16_t>(step);
+    }
   }
-  return integral;
-}
+};
 
 }  // namespace
 
@@ -142,11 +151,12 @@ Vec2 sample_triangle(Vec2 u) {
 }
 
 float sample_blackman_harris(float u) {
-  static const std::vector<float> integral = make_filter_table();
+  static const FilterTable table;
   const float v = std::min(u, 1 - u);  // the window is symmetric
-  const auto above = std::upper_bound(integral.begin() + 1, integral.end() - 1, v);
-  const float step = static_cast<float>(above - integral.begin() - 1), low = *(above - 1);
-  const float x = 0.5f * (step + (v - low) / (*above - low)) / kFilterSteps - 0.5f;
+  size_t step = table.guide[std::min(static_cast<size_t>(v * (2 * FilterTable::kGuides)), FilterTable::kGuides - 1)];
+  while (step + 1 < FilterTable::kSteps && table.integral[step + 1] <= v) ++step;
+  const float low = table.integral[step], high = table.integral[step + 1];
+  const float x = 0.5f * (static_cast<float>(step) + (v - low) / (high - low)) / FilterTable::kSteps - 0.5f;
   return u < 0.5f ? x : -x;
 }
 
