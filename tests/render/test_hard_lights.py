@@ -103,6 +103,19 @@ def test_lamp_in_glass(kind, rest):
     assert found["Caustics"].mean() == pytest.approx(free["Direct"].mean(), rel=0.15)
 
 
+def test_a_spot_of_few_pixels_keeps_its_energy():
+    """Of a lamp in a ball of glass, in 16x16 pixels: wide disks beside the spot's narrow ones must not count its light again.
+
+    The published rule, whose disks shrink slowly there, is the measure.
+    """
+    scene = Scene().add(floor(20, -2), diffuse(RHO)).add(sphere(0.5), glass())
+    scene.light(LightType.SPOT, at(0, 0, 0), 10, angle=1.0, radius=0.1)
+    scene.above(-0.6, 3, size=16)
+    settings = dict(iterations=16, photons_per_iteration=20000, seeds=3)
+    found, measure = (means(scene, "Caustics", radius_rule=rule, **settings).mean() for rule in ("DENSITY", "PROGRESSIVE"))
+    assert found == pytest.approx(measure, rel=0.04)
+
+
 @pytest.mark.parametrize(("kind", "rest"), SIZED, ids=name_of)
 def test_lamp_behind_the_camera(kind, rest):
     """It lights what is seen, and is not seen itself."""
