@@ -80,7 +80,7 @@ class _Render:
         progress = session.progress()
         hints = advice.after_render(progress, info["has_specular"])
         shares = render_result.light_shares(session, self._settings.passes)
-        for message in hints + [f"{name.lower()} light is {share:.1%} of the picture" for name, share in shares.items()]:
+        for message in hints + [f"{name.lower().rstrip('s')} light is {share:.1%} of the picture" for name, share in shares.items()]:
             print(f"SPPM: {message}", flush=True)
         self._record(statistics.Report(messages + hints, progress, progress.memory_bytes + info["memory_bytes"], shares))
 
