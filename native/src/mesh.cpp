@@ -28,6 +28,17 @@ PackedDirection pack_safely(const float* n) {
 
 }  // namespace
 
+double area_of(const std::array<Vec3, 3>& p) {
+  using Double3 = std::array<double, 3>;
+  const auto edge = [&](size_t to) -> Double3 {
+    return {static_cast<double>(p[to].x) - static_cast<double>(p[0].x), static_cast<double>(p[to].y) - static_cast<double>(p[0].y),
+            static_cast<double>(p[to].z) - static_cast<double>(p[0].z)};
+  };
+  const Double3 a = edge(1), b = edge(2);
+  const double area = 0.5 * std::hypot(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]);
+  return std::isfinite(static_cast<float>(area)) ? area : 0;
+}
+
 Mesh::Mesh(const SppmMeshDesc& desc) : name(desc.name ? desc.name : "") {
   const std::string where = "mesh '" + name + "': ";
   constexpr uint64_t kLimit = uint64_t{1} << 31;

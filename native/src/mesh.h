@@ -19,6 +19,9 @@ inline float clearance(float reach, Vec3 edge1, Vec3 edge2) {
   return kUlps * (reach + max_component(max(abs(edge1), abs(edge2))));
 }
 
+// In double, where no product of edges leaves the range; 0 for what single precision could not place.
+double area_of(const std::array<Vec3, 3>& triangle);
+
 struct Mesh {
   explicit Mesh(const SppmMeshDesc& desc);  // copies; throws Error naming the mesh, the array and the index
 
