@@ -144,12 +144,12 @@ def _is_bubble(item, glass):
 
 
 def _of_small_lights(desc, glass):
-    found = []
+    found, boxes = [], _boxes(glass)
     for light in desc.lights:
         has_size = light.type not in (LightType.POINT, LightType.SPOT) or light.radius > 0.0
         if not has_size and not light.flags & LightFlags.HIDDEN_FROM_SPECULAR:
             place = light.transform[:, 3]
-            names = [item.name for item in _crossed(glass, *_line_of_sight(desc.camera, place))]
+            names = [item.name for item in _crossed(glass, boxes, *_line_of_sight(desc.camera, place))]
             if names:
                 found.append((light.name, names[0]))
     if not found:
@@ -163,7 +163,8 @@ def _of_depth(desc, glass, max_depth):
     if not glass:
         return []
     starts, ends = _view_lines(desc.camera)
-    crossed = [_crossed(glass, start, end) for start, end in zip(starts, ends)]
+    boxes = _boxes(glass)
+    crossed = [_crossed(glass, boxes, start, end) for start, end in zip(starts, ends)]
     most = max(crossed + [[item] for item in glass], key=lambda items: sum(item.layers for item in items))
     needed = 1 + sum(item.layers for item in most)
     if needed <= max_depth:
@@ -182,11 +183,15 @@ def _of_sun(desc, specular):
 # ---------------------------------------------------------------- lines through boxes
 
 
-def _crossed(glass, start, end):
-    """The glass whose box the line from `start` to `end` meets; none without a line."""
+def _boxes(glass):
+    """(n, 2, 3) lowest and highest corners."""
+    return np.array([item.box for item in glass])
+
+
+def _crossed(glass, boxes, start, end):
+    """The glass whose box, of `boxes`, the line from `start` to `end` meets; none without a line."""
     if start is None or not glass:
         return []
-    boxes = np.array([item.box for item in glass])
     direction = end - start
     direction = np.where(direction == 0.0, 1e-30, direction)
     near, far = np.sort((boxes - start) / direction, axis=1).transpose(1, 0, 2)

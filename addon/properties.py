@@ -42,7 +42,7 @@ class SppmSettings(bpy.types.PropertyGroup):
         description="How often camera rays and photons are sent; noise and blur shrink with each")
     photons_per_iteration: IntProperty(
         name="Photons", default=0, min=0, soft_max=10_000_000,
-        description="Photon paths started in each iteration; 0 for so many that they take about as long as the camera's paths")
+        description="Photon paths started in each iteration; 0 for so many that their rays are about as many as the camera's")
     indirect: EnumProperty(
         name="Indirect Light", default="AUTO",
         items=(("AUTO", "Automatic", "Photons where a first iteration finds enough of them in most of the picture, else paths"),
@@ -63,7 +63,7 @@ class SppmSettings(bpy.types.PropertyGroup):
         description="Most vertices that a camera or photon path may have")
     gamma: FloatProperty(
         name="Gamma", default=0.8, min=0.01, max=0.99,
-        description="Share of new photons that is kept when the radius shrinks: smaller sharpens faster and leaves more noise")
+        description="How slowly the radius shrinks: smaller sharpens faster and leaves more noise")
     pixel_filter: EnumProperty(
         name="Pixel Filter", default="BLACKMAN_HARRIS",
         items=(("BLACKMAN_HARRIS", "Blackman-Harris", "Smooth, as in Cycles"), ("BOX", "Box", "The pixel's own square, sharp")),
@@ -84,8 +84,8 @@ class SppmViewLayerSettings(bpy.types.PropertyGroup):
     """The engine's own passes of a view layer, `view_layer.sppm`."""
 
     use_pass_direct: BoolProperty(name="Direct", description="Emission, environment and light that comes straight from lamps")
-    use_pass_indirect: BoolProperty(name="Indirect", description="Photons that were scattered by a diffuse surface before")
-    use_pass_caustics: BoolProperty(name="Caustics", description="Photons that came by mirrors and glass only")
+    use_pass_indirect: BoolProperty(name="Indirect", description="Light that other surfaces scattered before, but for caustics")
+    use_pass_caustics: BoolProperty(name="Caustics", description="Photons that came from lights by mirrors and glass only")
     use_pass_radius: BoolProperty(name="Radius", description="Search radius of each pixel, in metres")
     use_pass_photons: BoolProperty(name="Photons", description="Photons that each pixel has gathered")
 

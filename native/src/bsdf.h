@@ -35,10 +35,15 @@ struct Lobe {
   bool smooth() const { return !diffuse() && alpha == 0; }
   // The share of a lamp's light scattered here that photons carry on, where camera paths could find the rest. Falls smoothly with
   // roughness, so that no picture changes abruptly with it.
-  float photon_share() const { return diffuse() ? 0.0f : sharpness(roughness); }
-  static float sharpness(float roughness) {
-    const float t = std::clamp((roughness - 0.25f) * 4, 0.0f, 1.0f);
+  float photon_share() const {
+    if (diffuse()) return 0;
+    const float t = std::clamp((std::sqrt(spread(type, roughness, ior)) - 0.25f) * 4, 0.0f, 1.0f);
     return 1 - t * t * (3 - 2 * t);
+  }
+  // How wide a rough lobe scatters: its alpha, less where glass hardly bends what goes through.
+  static float spread(LobeType type, float roughness, float ior) {
+    const bool transmits = type == LobeType::kDielectric || type == LobeType::kRefraction;
+    return square(roughness) * (transmits ? std::min(std::abs(ior - 1), 1.0f) : 1.0f);
   }
 };
 

@@ -67,7 +67,7 @@ std::optional<DirectSample> EmissiveMesh::sample_direct(Vec3 p, Vec2 u, float pi
   s.radiance = radiance(t, b);
   // The rounding of p, where the ray begins, is carried along to its end.
   const float short_of = clearance(std::max(t.reach, max_component(abs(p))), e1, e2);
-  s.end = point + face_toward(normal / length(normal), -to_point) * short_of;
+  s.end = point + face_toward(normal, -to_point) * short_of;
   return s;
 }
 

@@ -138,13 +138,13 @@ uint64_t Film::update(const CameraSamples& samples, const PhotonMaps& maps, cons
         PhotonEstimate& estimate = pixel.photons[kind];
         Gatherer gatherer(vp, lobe);
         maps[kind].visit_within(vp.p, static_cast<float>(estimate.radius), [&](const Photon& photon) { gatherer.add(photon); });
-        estimate.update(gatherer.count(), gatherer.phi(), rules.paths[kind], rules.radius[kind], static_cast<double>(pixel.footprint),
+        estimate.update(gatherer.count(), gatherer.phi(), rules.paths[kind], rules.radius, static_cast<double>(pixel.footprint),
                         smallest_radius(vp.p));
         dropped[tile] += gatherer.dropped();
       }
     });
   });
-  if (rules.radius[0].rule == SPPM_RADIUS_DENSITY) limit_radii(width, threads);
+  if (rules.radius.rule == SPPM_RADIUS_DENSITY) limit_radii(width, threads);
   return std::accumulate(dropped.begin(), dropped.end(), uint64_t{0});
 }
 
@@ -211,7 +211,7 @@ void Film::read(SppmPass pass, float* out) const {
       case SPPM_PASS_DIRECT: put(direct()); break;
       case SPPM_PASS_INDIRECT: put(indirect.radiance(iterations_)); break;
       case SPPM_PASS_CAUSTICS: put(caustic.radiance(iterations_)); break;
-      case SPPM_PASS_RADIUS: *out++ = static_cast<float>(caustic.count > 0 ? caustic.radius : indirect.radius); break;
+      case SPPM_PASS_RADIUS: *out++ = iterations_ > 0 ? static_cast<float>(caustic.count > 0 ? caustic.radius : indirect.radius) : 0; break;
       default: *out++ = static_cast<float>(caustic.count + indirect.count);
     }
   }

@@ -16,12 +16,12 @@ struct Pixel {
   std::array<PhotonEstimate, kPhotonKinds> photons;  // what paths bring from other surfaces is in the sum of kIndirect
   double direct[3] = {0, 0, 0};
   double alpha = 0;
-  float footprint = 0;  // size of the pixel where it first saw a surface [m]; 0 until then
+  float footprint = 0;  // of the pixel where it first saw a surface, or what `initial_radius` takes it for [m]; 0 until then
 };
 
 // How an iteration ends for each kind of photons.
 struct PhotonRules {
-  std::array<RadiusRule, kPhotonKinds> radius;
+  RadiusRule radius;
   std::array<uint64_t, kPhotonKinds> paths{};  // sent in this iteration
 };
 
@@ -44,7 +44,6 @@ class Film {
   static uint32_t channels(SppmPass pass);
   // Of all iterations done; `out` has pixels * channels floats.
   void read(SppmPass pass, float* out) const;
-  const Pixel& pixel(uint64_t i) const { return pixels_[i]; }
   uint64_t memory() const;
 
  private:

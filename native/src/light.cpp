@@ -34,7 +34,7 @@ uint32_t Lights::add_lamp(const SppmLightDesc& desc) {
 void Lights::set_world(const SppmWorldDesc& desc) {
   Environment world(desc, textures_);
   world_.reset();
-  if (!world.black()) world_ = std::move(world);
+  if (world.integral() > 0) world_ = std::move(world);
 }
 
 uint32_t Lights::add_triangles(std::vector<EmissiveTriangle> triangles) {

@@ -1,7 +1,6 @@
 // Chooses one of many lights for a point: a binary tree of their bounds, walked by what each half could do there.
 //
-// After Conty and Kulla (2018), without the receiver's normal. What a node promises bounds nothing but the truth: where a light shines its
-// probability is above 0.
+// After Conty and Kulla (2018), without the receiver's normal. A node's estimate is never 0 where one of its lights shines.
 #pragma once
 
 #include <cstdint>

@@ -18,9 +18,7 @@ LobeType lobe_type(SppmClosureType type, uint32_t flags) {
 // GGX width of a lobe, 0 where it is narrower than float directions resolve. Facets of glass that hardly bends light turn what they
 // let through by no more than their tilt times ior - 1.
 float alpha_of(const Lobe& lobe) {
-  const bool transmits = lobe.type == LobeType::kDielectric || lobe.type == LobeType::kRefraction;
-  const float alpha = square(lobe.roughness), spread = alpha * (transmits ? std::min(std::abs(lobe.ior - 1), 1.0f) : 1.0f);
-  return lobe.diffuse() || spread < kSmallestAlpha ? 0 : alpha;
+  return lobe.diffuse() || Lobe::spread(lobe.type, lobe.roughness, lobe.ior) < kSmallestAlpha ? 0 : square(lobe.roughness);
 }
 
 bool scatters(SppmClosureType type) { return type != SPPM_TRANSPARENT && type != SPPM_EMISSION; }
@@ -42,11 +40,15 @@ const AlbedoTable* Materials::table(LobeType type, float ior) {
 }
 
 float Materials::caster_strength(const Closure& c) {
-  if (!scatters(c.type) || c.type == SPPM_DIFFUSE) return 0;
-  const float sharpness = Lobe::sharpness(c.roughness.texture ? 0.0f : c.roughness.value.x);
-  const Vec3 color = c.type != SPPM_DIELECTRIC || c.flags & SPPM_CLOSURE_REFRACTION_ONLY ? c.color.value : max(c.color.value, c.color2.value);
+  if (!scatters(c.type)) return 0;
+  Lobe lobe;
+  lobe.type = lobe_type(c.type, c.flags);
+  lobe.roughness = c.roughness.texture ? 0.0f : c.roughness.value.x;  // at least
+  lobe.ior = c.ior;
+  const bool one_color = c.type == SPPM_COAT || lobe.type == LobeType::kRefraction;
+  const Vec3 color = one_color ? c.color.value : max(c.color.value, c.color2.value);
   const float reflected = c.type == SPPM_COAT ? fresnel_dielectric(0.5f, c.ior) : 1.0f;
-  return sharpness * luminance(c.weight.value) * luminance(color) * reflected;
+  return lobe.photon_share() * luminance(c.weight.value) * luminance(color) * reflected;
 }
 
 uint32_t Materials::add(const SppmMaterialDesc& desc) {

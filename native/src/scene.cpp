@@ -25,6 +25,14 @@ size_t caster_cell(const Bounds& box, Vec3 p) {
   return cell;
 }
 
+// At the rims of smooth-shaded meshes the interpolated normal may face away from where the surface is seen from, and nothing would scatter
+// that way: it is bent until it just faces w, as much as ng does.
+Vec3 seen_from(Vec3 w, Vec3 ns, Vec3 ng) {
+  constexpr float kLeast = 1e-3f;
+  const float geometric = dot(ng, w), least = std::copysign(std::min(kLeast, std::abs(geometric)), geometric), shading = dot(ns, w);
+  return shading * least >= square(least) ? ns : normalize(ns + w * (least - shading));
+}
+
 Bounds transformed(const Bounds& b, const Affine& transform) {
   Bounds result;
   for (int corner = 0; corner < 8; ++corner)
@@ -218,7 +226,7 @@ std::optional<SurfacePoint> Scene::intersect(const Ray& ray) const {
                    unpack_direction(mesh.normals[c[2]]) * hit->v;
     const Vec3 world = instance.identity ? n : instance.transform.normal(n);
     const float world_length = length(world);
-    if (world_length > 0) s.ns = face_toward(world / world_length, s.ng);
+    if (world_length > 0) s.ns = seen_from(-ray.direction, face_toward(world / world_length, s.ng), s.ng);
   }
   s.instance = hit->instance, s.triangle = hit->triangle;
   if (hit->t <= ray.touching.reach) s.touching = ray.touching;

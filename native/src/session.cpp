@@ -42,6 +42,8 @@ constexpr double kFewestPhotons = 1.0 / 16, kMostPhotons = 16;
 // AUTO: photons serve where most pixels find this many of them in their first disk.
 constexpr double kEnoughPhotons = 3, kEnoughPixels = 0.6;
 
+const char* kIndirectNames[] = {"PHOTONS", "PATHS", "AUTO"};
+const char* kRadiusRuleNames[] = {"PROGRESSIVE", "DENSITY", "PASS_INDEXED"};
 const char* kPassNames[SPPM_PASS_COUNT] = {"Combined", "Depth", "Normal", "Direct", "Indirect", "Caustics", "Radius", "Photons"};
 
 }  // namespace
@@ -59,9 +61,10 @@ Session::Session(std::shared_ptr<const Scene> scene, const SppmSettings& setting
   progress_.struct_size = sizeof progress_;
   progress_.indirect = settings_.indirect;
   path_.trace_indirect = indirect_ == SPPM_INDIRECT_PATHS;
-  const uint64_t pixels = scene_->camera.region_width * scene_->camera.region_height;
-  budget_.fill(settings_.photons_per_iteration > 0 ? settings_.photons_per_iteration : pixels);
+  start_budget();
 }
+
+void Session::start_budget() { budget_.fill(settings_.photons_per_iteration > 0 ? settings_.photons_per_iteration : pixels()); }
 
 void Session::check_cancelled(bool completed) {
   if (completed) return;
@@ -93,11 +96,11 @@ std::vector<PhotonBatch> Session::plan_batches() const {
 // the clock.
 void Session::plan_budget(const RayCounts& camera, std::span<const PhotonBatch> batches, std::span<const RayCounts> photons) {
   if (settings_.photons_per_iteration > 0) return;
-  const double pixels = static_cast<double>(scene_->camera.region_width * scene_->camera.region_height);
+  const auto all = static_cast<double>(pixels());
   for (size_t b = 0; b < batches.size(); ++b) {
     const double per_path = std::max(1.0, static_cast<double>(photons[b].photon) / static_cast<double>(batches[b].count));
     const double rays = static_cast<double>(camera.camera + camera.shadow) / static_cast<double>(batches.size());
-    const double wanted = std::clamp(rays / per_path, kFewestPhotons * pixels, kMostPhotons * pixels);
+    const double wanted = std::clamp(rays / per_path, kFewestPhotons * all, kMostPhotons * all);
     budget_[static_cast<size_t>(batches[b].emission)] = std::max<uint64_t>(1, static_cast<uint64_t>(wanted));
   }
 }
@@ -142,51 +145,54 @@ PhotonRules Session::rules(std::span<const PhotonBatch> batches) const {
     if (b.emission != Emission::kRest) rules.paths[kCaustic] += b.count;
     rules.paths[kIndirect] += b.count;
   }
-  for (RadiusRule& rule : rules.radius) {
-    rule.rule = static_cast<SppmRadiusRule>(settings_.radius_rule);
-    rule.gamma = settings_.gamma;
-    rule.shrink = shrink_;
-    rule.pixels = scene_->camera.region_width * scene_->camera.region_height;
-  }
+  rules.radius.rule = static_cast<SppmRadiusRule>(settings_.radius_rule);
+  rules.radius.gamma = settings_.gamma;
+  rules.radius.shrink = shrink_;
+  rules.radius.pixels = pixels();
   return rules;
 }
 
 // An AUTO session that has too few photons for its pixels begins again with paths.
 void Session::decide_indirect(SppmProgress& done) {
-  indirect_ = film_.share_with(kIndirect, kEnoughPhotons) >= kEnoughPixels ? SPPM_INDIRECT_PHOTONS : SPPM_INDIRECT_PATHS;
+  const double counted = settings_.radius_rule == SPPM_RADIUS_PROGRESSIVE ? settings_.gamma : 1;  // of a photon
+  indirect_ = film_.share_with(kIndirect, kEnoughPhotons * counted) >= kEnoughPixels ? SPPM_INDIRECT_PHOTONS : SPPM_INDIRECT_PATHS;
   if (indirect_ == SPPM_INDIRECT_PHOTONS) return;
   film_.clear();
   iteration_ = 0, shrink_ = 1;
   emitted_.fill(0);
-  done.photons_emitted = done.photons_stored = 0;
+  start_budget();
+  done.photons_emitted = done.photons_stored = done.dropped_samples = 0;
   path_.trace_indirect = true;
 }
 
 void Session::step() {
+  const bool undecided = indirect_ == SPPM_INDIRECT_AUTO;
+  timed([&](SppmProgress& done) {
+    iterate(done);
+    if (undecided) decide_indirect(done);
+  });
+  if (undecided && path_.trace_indirect) timed([&](SppmProgress& done) { iterate(done); });
+  if (!snapshot_path_.empty() && settings_.write_interval > 0 && iteration_ % settings_.write_interval == 0) write_exr(snapshot_path_);
+}
+
+// Runs a part of a step and adds what it has done to the progress.
+void Session::timed(const std::function<void(SppmProgress&)>& part) {
   SppmProgress done{};
   {
     const Stopwatch all(done.seconds);
-    const bool undecided = indirect_ == SPPM_INDIRECT_AUTO;
-    iterate(done);
-    if (undecided) {
-      decide_indirect(done);
-      if (path_.trace_indirect) iterate(done);
-    }
+    part(done);
   }
-  {
-    const std::lock_guard lock(progress_mutex_);
-    progress_.iteration = iteration_;
-    progress_.photons_emitted += done.photons_emitted, progress_.photons_stored += done.photons_stored;
-    progress_.rays_camera += done.rays_camera, progress_.rays_shadow += done.rays_shadow, progress_.rays_photon += done.rays_photon;
-    progress_.dropped_samples += done.dropped_samples;
-    progress_.seconds += done.seconds;
-    progress_.seconds_camera += done.seconds_camera, progress_.seconds_photons += done.seconds_photons;
-    progress_.seconds_grid += done.seconds_grid, progress_.seconds_gather += done.seconds_gather;
-    progress_.memory_bytes = memory();
-    progress_.indirect = indirect_;
-    progress_.finished = iteration_ >= settings_.iterations || (settings_.time_limit > 0 && progress_.seconds >= settings_.time_limit);
-  }
-  if (!snapshot_path_.empty() && settings_.write_interval > 0 && iteration_ % settings_.write_interval == 0) write_exr(snapshot_path_);
+  const std::lock_guard lock(progress_mutex_);
+  progress_.iteration = iteration_;
+  progress_.photons_emitted += done.photons_emitted, progress_.photons_stored += done.photons_stored;
+  progress_.rays_camera += done.rays_camera, progress_.rays_shadow += done.rays_shadow, progress_.rays_photon += done.rays_photon;
+  progress_.dropped_samples += done.dropped_samples;
+  progress_.seconds += done.seconds;
+  progress_.seconds_camera += done.seconds_camera, progress_.seconds_photons += done.seconds_photons;
+  progress_.seconds_grid += done.seconds_grid, progress_.seconds_gather += done.seconds_gather;
+  progress_.memory_bytes = memory();
+  progress_.indirect = indirect_;
+  progress_.finished = iteration_ >= settings_.iterations || (settings_.time_limit > 0 && progress_.seconds >= settings_.time_limit);
 }
 
 uint64_t Session::memory() const {
@@ -235,6 +241,9 @@ void Session::write_exr(const std::string& path) const {
                    {"sppm:seconds", std::to_string(p.seconds)},
                    {"sppm:seed", std::to_string(settings_.seed)},
                    {"sppm:gamma", std::to_string(settings_.gamma)},
+                   {"sppm:radius_rule", kRadiusRuleNames[settings_.radius_rule]},
+                   {"sppm:indirect", kIndirectNames[p.indirect]},
+                   {"sppm:aim_photons", settings_.aim_photons ? "1" : "0"},
                    {"sppm:max_depth", std::to_string(settings_.max_depth)},
                    {"sppm:initial_radius", std::to_string(settings_.initial_radius)},
                    {"sppm:dropped_samples", std::to_string(p.dropped_samples)}});

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -29,6 +30,9 @@ class Session {
   void plan_budget(const RayCounts& camera, std::span<const PhotonBatch> batches, std::span<const RayCounts> photons);
   PhotonRules rules(std::span<const PhotonBatch> batches) const;
   void decide_indirect(SppmProgress& done);
+  void start_budget();
+  void timed(const std::function<void(SppmProgress&)>& part);
+  uint64_t pixels() const { return scene_->camera.region_width * scene_->camera.region_height; }
   uint64_t memory() const;
 
   std::shared_ptr<const Scene> scene_;

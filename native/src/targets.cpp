@@ -1,7 +1,5 @@
 #include "targets.h"
 
-#include <numeric>
-
 #include "sampling.h"
 
 namespace sppm {

@@ -85,6 +85,13 @@ def test_closed_rooms_are_lit_by_photons_and_open_ones_by_paths(walls, wanted):
         assert session.progress().indirect == wanted
 
 
+def test_an_open_scene_decided_by_itself_is_the_one_asked_for():
+    """What the first iteration tried leaves no trace."""
+    scene = Scene(0.1).add(floor(50), diffuse(0.5)).add(sphere(0.2, (0, 0, 0.3)), glass()).light(LightType.SUN, DOWN, 3)
+    scene.above(1, 0.5, size=24)
+    assert_identical(render_all(scene), render_all(scene, indirect="PATHS"))
+
+
 def test_what_throws_no_caustics_costs_no_photons():
     scene = Scene(0.1).add(floor(50), diffuse(0.5)).light(LightType.SUN, DOWN, 3).above(1, 0.5, size=48)
     with native.Scene(scene.desc) as built, native.Session(built, native.Settings(indirect="PATHS")) as session:

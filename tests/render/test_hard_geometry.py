@@ -291,6 +291,16 @@ def test_coincident_diffuse_faces_are_one():
         assert np.allclose(render(scene, "Combined", iterations=16)[..., :3], wanted, rtol=1e-4)
 
 
+def test_smooth_shading_leaves_no_black_rims():
+    """Where a coarse ball's interpolated normals face away from the camera it is lit all the same: nearly evenly under an even sky."""
+    shape = sphere(1, divisions=1)
+    scene = Scene(world=1.0).add(shape, diffuse(RHO), normals=shape[0]).camera(at(0, 0, 4), 0.3, 32)
+    found = render_all(scene, iterations=32, indirect="PATHS", transparent_film=True, pixel_filter="BOX", filter_width=0.01)
+    ball = found["Combined"][found["Combined"][..., 3] == 1][:, :3]
+    assert len(ball) > 300
+    assert ball.min() > 0.6 * RHO
+
+
 @pytest.mark.slow
 def test_ten_million_triangles():
     """Measured: 6 s on 2 cores and 75 bytes a triangle, of which 18 are its corners and its share of the vertices; the rest is the BVH."""

@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 import pytest
-from scenes import (DOWN, Scene, at, box, check, diffuse, emission, floor, glass, grey, look_at, means, quad, render, render_all, sphere,
+from scenes import (DOWN, SIGMAS, Scene, at, box, check, diffuse, emission, floor, glass, grey, look_at, means, quad, render, render_all, sphere,
                     sun_frame)
 from sppm import native, scene_desc
 from sppm.scene_desc import LightFlags, LightType
@@ -101,6 +101,25 @@ def test_lamp_in_glass(kind, rest):
     free = render_all(scene(), iterations=64)
     assert not found["Direct"].any()
     assert found["Caustics"].mean() == pytest.approx(free["Direct"].mean(), rel=0.15)
+
+
+def test_black_sky_image():
+    scene = Scene().add(floor(1), diffuse(RHO)).above(0.5, 0.5)
+    scene.desc.images.append(scene_desc.ImageDesc("", np.zeros((4, 8, 4), np.float32)))
+    scene.desc.world = scene_desc.WorldDesc(grey(1), image=1)
+    found = render_all(scene)
+    assert not found["Combined"][..., :3].any()
+    assert np.allclose(found["Depth"], 0.5, rtol=1e-4)
+
+
+def test_metal_that_shines_at_grazing_angles_only_throws_its_caustic():
+    """Principled metal with a black base."""
+    edge = scene_desc.ClosureDesc(scene_desc.ClosureType.CONDUCTOR, color=scene_desc.Param(grey(0)))
+    scene = Scene().add(floor(2), diffuse(RHO)).add(sphere(0.3, (0, 0, 0.4)), edge).light(LightType.POINT, at(0.5, 0, 1.5), 5)
+    settings = dict(iterations=4, photons_per_iteration=40000, initial_radius=0.05)
+    by_all, aimed = (means(scene.above(3, 1), "Caustics", aim_photons=aim, indirect="PHOTONS", **settings) for aim in (False, True))
+    assert by_all.mean() > 1e-4
+    check(aimed, by_all.mean(), precision=0.02, bias=SIGMAS * by_all.std(ddof=1) / np.sqrt(len(by_all)) / by_all.mean())
 
 
 def test_a_spot_of_few_pixels_keeps_its_energy():

@@ -67,6 +67,17 @@ def test_refraction_only_loses_nothing():
     check(means(scene, "Caustics", iterations=8, photons_per_iteration=20000, initial_radius=0.1), 3 * RHO / np.pi)
 
 
+@pytest.mark.parametrize("ior", [1.0, 1.01])
+@pytest.mark.parametrize("roughness", [0.3, 0.6, 1.0])
+def test_glass_that_hardly_bends_lets_light_through_whoever_finds_it(ior, roughness):
+    """However rough: what goes through is bent by facets in proportion to ior - 1, so no path would meet a lamp without size."""
+    scene = under_plate(glass(ior, roughness)).light(LightType.POINT, at(0, 0, 2), 3)
+    settings = dict(iterations=8, photons_per_iteration=20000, initial_radius=0.1)
+    by_photons, by_paths = (means(scene, "Combined", indirect=indirect, **settings) for indirect in ("PHOTONS", "PATHS"))
+    assert by_photons.mean() > 0.1
+    check(by_paths, by_photons.mean(), bias=0.02)
+
+
 @pytest.mark.parametrize("roughness", [0.02, 0.15])
 def test_slightly_rough_plate_is_nearly_smooth(roughness):
     """Facets tilted by up to a few times alpha = roughness^2 <= 0.0225 change R, flat at normal incidence, by terms of alpha^2."""

@@ -4,8 +4,8 @@
  *  - A function that can fail returns an SppmStatus; its result goes to the last, out-pointer argument, which is untouched on failure.
  *    `sppm_last_message` then tells, for the calling thread, which function and field, the value given and the values allowed.
  *  - Handles are opaque. Destroying NULL does nothing. A session keeps its scene alive, so a scene may be destroyed while sessions use it.
- *  - A description struct starts with its own size (`struct_size = sizeof(struct)`). Fields are only ever appended and a zero in a
- *    field that an older caller does not have means the behaviour that the older library had.
+ *  - A description struct starts with its own size (`struct_size = sizeof(struct)`), which must be that of this header: any change of a
+ *    struct raises SPPM_ABI_VERSION.
  *  - The library copies what it is given: no pointer is kept after the call returns.
  *  - Ids returned by `sppm_scene_add_*` start at 1; 0 means "none".
  *  - Matrices are row-major 3x4, object to world. Right-handed frames; the camera looks along its -z with +y up, as in Blender.
@@ -253,8 +253,9 @@ typedef enum SppmPass {
   SPPM_PASS_DEPTH = 1,    /* 1 channel: depth along the camera's -z (PERSPECTIVE: distance to the camera plane); 1e10 where nothing */
   SPPM_PASS_NORMAL = 2,   /* 3: shading normal at the first hit, world */
   SPPM_PASS_DIRECT = 3,   /* 3: emission, environment and direct light */
-  SPPM_PASS_INDIRECT = 4, /* 3: light that met another diffuse surface before, be it by photons or by paths */
-  SPPM_PASS_CAUSTICS = 5, /* 3: photons that reached a diffuse surface by specular ones only */
+  SPPM_PASS_INDIRECT = 4, /* 3: light that other surfaces scattered before, by photons or by paths, less what is in CAUSTICS */
+  SPPM_PASS_CAUSTICS = 5, /* 3: photons that reached a diffuse surface by specular ones only; what is rough counts with the share that
+                              photons carry of it, or, without `aim_photons`, all */
   SPPM_PASS_RADIUS = 6,   /* 1: search radius of the caustic photons [m] where the pixel has one, else of the others */
   SPPM_PASS_PHOTONS = 7,  /* 1: photons found of both kinds; under the PROGRESSIVE rule as that counts them */
   SPPM_PASS_COUNT = 8
@@ -270,19 +271,19 @@ typedef enum SppmIndirect {
 /* How the search radius of a pixel shrinks from one iteration to the next. */
 typedef enum SppmRadiusRule {
   SPPM_RADIUS_PROGRESSIVE = 0, /* r'^2 = r^2 (N + gamma M) / (N + M), M photons found in the iteration and N kept before */
-  SPPM_RADIUS_DENSITY = 1,     /* by the density of photons found before, and by the iteration as PASS_INDEXED */
+  SPPM_RADIUS_DENSITY = 1,     /* by the density of photons found before, times what PASS_INDEXED shrinks it by */
   SPPM_RADIUS_PASS_INDEXED = 2 /* r'^2 = r^2 (i + gamma) / (i + 1) after iteration i, whatever was found */
 } SppmRadiusRule;
 
 typedef struct SppmSettings {
   uint64_t struct_size;
   uint64_t iterations;            /* >= 1 */
-  uint64_t photons_per_iteration; /* 0: so many that their rays are about as many as those of camera paths */
+  uint64_t photons_per_iteration; /* shared by the kinds of photons; 0: so many that their rays are about as many as camera paths' */
   double initial_radius;          /* metres; 0: automatic, from the footprint of pixels at what they see */
   uint32_t max_depth;             /* vertices of a path, 1 to 1024 */
   uint32_t pixel_filter;          /* SppmPixelFilter */
   double filter_width;            /* pixels, > 0: the reach to either side of BLACKMAN_HARRIS, the whole width of BOX, as in Cycles */
-  double gamma;                   /* 0 < gamma < 1, the share of new photons that is kept when the radius shrinks */
+  double gamma;                   /* 0 < gamma < 1, see SppmRadiusRule: smaller shrinks faster */
   uint64_t seed;
   double time_limit;              /* seconds of wall time, 0: none; the iteration under way is finished */
   uint64_t write_interval;        /* iterations between snapshots; 0: none */
