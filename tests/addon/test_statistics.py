@@ -42,9 +42,9 @@ def test_shares_are_those_of_the_passes(ball, tmp_path, capsys):
     total, shares, log = passes["Combined"][..., :3].sum(), the_report().shares, capsys.readouterr().out
     assert set(shares) == {"Caustics", "Indirect"}
     assert shares["Caustics"] > 0.01
-    for name, share in shares.items():
-        assert share == pytest.approx(passes[name].sum() / total, rel=1e-4)
-        assert f"SPPM: {name.lower()} light is {share:.1%} of the picture" in log
+    for name, light in (("Caustics", "caustic light"), ("Indirect", "indirect light")):
+        assert shares[name] == pytest.approx(passes[name].sum() / total, rel=1e-4)
+        assert f"SPPM: {light} is {shares[name]:.1%} of the picture" in log
 
 
 def test_snapshots_have_no_passes_that_nobody_asked_for(ball, tmp_path):
