@@ -144,7 +144,8 @@ uint64_t Film::update(const CameraSamples& samples, const PhotonMaps& maps, cons
       }
     });
   });
-  if (rules.radius.rule == SPPM_RADIUS_DENSITY) limit_radii(width, threads);
+  // Every batch of photons may become indirect light: without any there is no disk to limit.
+  if (rules.radius.rule == SPPM_RADIUS_DENSITY && rules.paths[kIndirect] > 0) limit_radii(width, threads);
   return std::accumulate(dropped.begin(), dropped.end(), uint64_t{0});
 }
 
