@@ -1,6 +1,7 @@
 """SPPM, a render engine for Blender: stochastic progressive photon mapping. Nothing of Blender is imported before `register`."""
 
 import atexit
+import sys
 
 bl_info = {
     "name": "SPPM Render Engine",
@@ -29,19 +30,26 @@ def register():
     except BaseException:
         unregister()
         raise
-    _unregister_at_exit()
+    import bpy
+
+    if not bpy.app.binary_path:
+        atexit.unregister(_leave)
+        atexit.register(_leave)
 
 
 def unregister():
     """Takes back what `register` added."""
-    atexit.unregister(unregister)
     while _registered:
         _registered.pop().unregister()
 
 
-def _unregister_at_exit():
-    """As a Python module, Blender 4.5 hangs at exit while an engine is registered; as a program it tidies up by itself."""
-    import bpy
+def _leave():
+    """Tidies up before Python ends where Blender is a Python module; as a program it does so by itself.
 
-    if not bpy.app.binary_path:
-        atexit.register(unregister)
+    Blender 4.5 hangs at exit while an engine is registered; 4.2 crashes where anything that it leaks, as the functions of a
+    registered class are, still leads to `bpy`.
+    """
+    unregister()
+    for name, module in list(sys.modules.items()):
+        if name.startswith(f"{__name__}."):
+            vars(module).pop("bpy", None)

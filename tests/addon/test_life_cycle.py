@@ -2,6 +2,8 @@
 
 import gc
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import addon_utils
@@ -103,3 +105,10 @@ def test_memory_after_fifty_renders_is_that_after_two(addon, tmp_path):
         assert bpy.ops.render.render() == {"FINISHED"}
         megabytes.append(resident_megabytes())
     assert megabytes[-1] < megabytes[1] + 16, megabytes
+
+
+@pytest.mark.skipif(bool(bpy.app.binary_path), reason="a Blender program tidies up by itself")
+@pytest.mark.parametrize("more", ["", "; addon_utils.disable('sppm')"], ids=["enabled", "disabled"])
+def test_python_ends_cleanly_where_blender_is_a_module(more):
+    program = f"import bpy, addon_utils; addon_utils.enable('sppm'){more}"
+    subprocess.run([sys.executable, "-c", program], check=True, timeout=60)
