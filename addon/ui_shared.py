@@ -17,16 +17,20 @@ _INCLUDED = {"DATA_PT_EEVEE_light", "DATA_PT_spot", "DATA_PT_camera_dof", "DATA_
 
 
 class EnginePanel:
-    """A panel that is there while this engine is chosen; `draw_properties` fills a column of labels and values."""
+    """A panel that is there while this engine is chosen; `draw_properties` fills a column of labels and values.
+
+    `shows` names what of the context a panel is about: without one, such as a light, the panel is not there.
+    """
 
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"
     bl_context = "render"
     COMPAT_ENGINES = {ENGINE}
+    shows = "scene"
 
     @classmethod
     def poll(cls, context):
-        return context.engine in cls.COMPAT_ENGINES
+        return context.engine in cls.COMPAT_ENGINES and getattr(context, cls.shows) is not None
 
     def draw(self, context):
         layout = self.layout
@@ -40,10 +44,7 @@ class SPPM_LIGHT_PT_settings(EnginePanel, bpy.types.Panel):
 
     bl_label = "Light Settings"
     bl_context = "data"
-
-    @classmethod
-    def poll(cls, context):
-        return context.light and super().poll(context)
+    shows = "light"
 
     def draw_properties(self, layout, context):
         light, lamp = context.light, context.object
@@ -61,10 +62,7 @@ class SPPM_LIGHT_PT_nodes(EnginePanel, bpy.types.Panel):
     bl_label = "Nodes"
     bl_context = "data"
     bl_options = {"DEFAULT_CLOSED"}
-
-    @classmethod
-    def poll(cls, context):
-        return context.light and super().poll(context)
+    shows = "light"
 
     def draw_properties(self, layout, context):
         _draw_surface(layout, context.light)
@@ -75,10 +73,7 @@ class SPPM_MATERIAL_PT_surface(EnginePanel, bpy.types.Panel):
 
     bl_label = "Surface"
     bl_context = "material"
-
-    @classmethod
-    def poll(cls, context):
-        return context.material and super().poll(context)
+    shows = "material"
 
     def draw_properties(self, layout, context):
         if not _draw_surface(layout, context.material):
@@ -104,10 +99,11 @@ class SPPM_WORLD_PT_ray_visibility(EnginePanel, bpy.types.Panel):
     bl_label = "Ray Visibility"
     bl_context = "world"
     bl_options = {"DEFAULT_CLOSED"}
+    shows = "world"
 
     @classmethod
     def poll(cls, context):
-        return context.world and hasattr(context.world, "cycles_visibility") and super().poll(context)
+        return super().poll(context) and hasattr(context.world, "cycles_visibility")
 
     def draw_properties(self, layout, context):
         layout.prop(context.world.cycles_visibility, "camera")

@@ -5,8 +5,9 @@ from pathlib import Path
 
 import bpy
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "blend_scenes"))
-import make_scenes
+ROOT = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / folder) for folder in ("blend_scenes", "tests", "tests/addon")]
+import blender_scene  # noqa: E402
 
 TABS = {"Ball": ("RENDER", "VIEW_LAYER", "WORLD", "OBJECT", "MATERIAL"), "Point": ("DATA",), "Camera": ("DATA",)}
 
@@ -52,10 +53,7 @@ def make_scene():
     scene.render.engine = "SPPM"
     scene.render.resolution_x = scene.render.resolution_y = 32
     scene.sppm.iterations = 2
-    make_scenes.add_floor(4.0, make_scenes.diffuse("White", make_scenes.WHITE))
-    make_scenes.add_sphere("Ball", (0, 0, 0.5), 0.4, make_scenes.glass("Glass"), 32, 16).data.flip_normals()
-    make_scenes.add_lamp("POINT", (1, -1, 2), (0, 0, 0), 50.0, shadow_soft_size=0.05)
-    make_scenes.add_camera((0, -4, 1), (0, 0, 0.5))
+    blender_scene.add_ball_on_floor().data.flip_normals()
     bpy.ops.render.render()
 
 

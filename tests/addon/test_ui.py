@@ -79,10 +79,7 @@ def draw(panel, **more):
 @pytest.fixture
 def rendered(empty_scene, tmp_path):
     """A rendered scene of a glass ball with flipped normals."""
-    make_scenes.add_floor(4.0, make_scenes.diffuse("White", make_scenes.WHITE))
-    make_scenes.add_sphere("Ball", (0, 0, 0.5), 0.4, make_scenes.glass("Glass"), 32, 16).data.flip_normals()
-    make_scenes.add_lamp("POINT", (1, -1, 2), (0, 0, 0), 50.0, shadow_soft_size=0.05)
-    make_scenes.add_camera((0, -4, 1), (0, 0, 0.5))
+    blender_scene.add_ball_on_floor().data.flip_normals()
     blender_scene.render(tmp_path / "ball.exr")
     return empty_scene
 
