@@ -1,4 +1,7 @@
-"""Run by test_ui.py in a Blender with a window: shows every tab of the properties editor, prints each panel that draws itself."""
+"""Run by test_ui.py in a Blender with a window: shows every tab of the properties editor and prints each panel that draws itself.
+
+    blender ... -P draw_in_window.py -- FOLDER        # where a picture of each tab is left
+"""
 
 import sys
 from pathlib import Path
@@ -14,9 +17,13 @@ TABS = {"Ball": ("RENDER", "VIEW_LAYER", "WORLD", "OBJECT", "MATERIAL"), "Point"
 
 def main():
     """From a timer, once the window is there."""
-    for cls in list(bpy.types.Panel.__subclasses__()):
-        if cls.__module__.startswith("sppm") and "COMPAT_ENGINES" in dir(cls) and hasattr(cls, "draw_properties"):
+    from sppm import ui
+
+    for cls in ui._CLASSES:
+        if hasattr(cls, "draw_properties"):
             print_when_drawn(cls)
+    folder = Path(sys.argv[-1])
+    folder.mkdir(parents=True, exist_ok=True)
     area = next(area for area in bpy.context.window_manager.windows[0].screen.areas if area.type == "PROPERTIES")
     window = bpy.context.window_manager.windows[0]
     make_scene()
@@ -27,6 +34,8 @@ def main():
                 bpy.ops.wm.redraw_timer(type="DRAW_WIN_SWAP", iterations=1)
                 area.spaces[0].context = tab
                 bpy.ops.wm.redraw_timer(type="DRAW_WIN_SWAP", iterations=2)
+            with bpy.context.temp_override(window=window, screen=window.screen, area=area):
+                bpy.ops.screen.screenshot_area(filepath=str(folder / f"{name}_{tab}.png".lower()))
     sys.stdout.flush()
     bpy.ops.wm.quit_blender()
 
