@@ -54,14 +54,3 @@ class MaterialExporter:
             return MaterialDesc(material.name, (diffuse(rgb(material.diffuse_color)),)), Needs()
         walk = Walk(self, material)
         return MaterialDesc(material.name, tuple(walk.surface())), walk.needs
-
-    def needs_uvs(self, material_id: int) -> bool:
-        return self.needs[material_id].uv_map is not None
-
-    def uv_map(self, material_id: int) -> str:
-        """Name of the UV map that is used, '' for the one active for rendering."""
-        return self.needs[material_id].uv_map or ""
-
-    def needs_colors(self, material_id: int) -> str | None:
-        """Name of the colour attribute that is used, '' for the active one, None for none."""
-        return self.needs[material_id].colors
