@@ -58,6 +58,9 @@ class SppmSettings(bpy.types.PropertyGroup):
     iterations: IntProperty(
         name="Iterations", default=64, min=1, soft_max=4096,
         description="How often camera rays and photons are sent; noise and blur shrink with each")
+    viewport_iterations: IntProperty(
+        name="Viewport Iterations", default=64, min=1, soft_max=4096,
+        description="Iterations after which a viewport in Rendered shading is done and rests")
     photons_per_iteration: IntProperty(
         name="Photons", default=0, min=0, soft_max=10_000_000,
         description="Photon paths started in each iteration; 0 for so many that their rays are about as many as the camera's")

@@ -57,8 +57,11 @@ class SPPM_PT_sampling(EnginePanel, bpy.types.Panel):
     bl_label = "Sampling"
 
     def draw_properties(self, layout, context):
-        for name in ("iterations", "time_limit", "seed"):
-            layout.prop(context.scene.sppm, name)
+        settings = context.scene.sppm
+        layout.prop(settings, "iterations")
+        layout.prop(settings, "viewport_iterations", text="Viewport")
+        layout.prop(settings, "time_limit")
+        layout.prop(settings, "seed")
 
 
 class SPPM_PT_light_paths(EnginePanel, bpy.types.Panel):

@@ -9,11 +9,11 @@ ENGINE = "SPPM"
 # Panels for Blender's own renderers that show nothing this engine can do, or that are replaced here.
 _EXCLUDED = {"VIEWLAYER_PT_filter", "VIEWLAYER_PT_layer_passes", "RENDER_PT_post_processing", "RENDER_PT_simplify",
              "RENDER_PT_simplify_viewport", "RENDER_PT_simplify_render", "RENDER_PT_simplify_greasepencil", "DATA_PT_light",
-             "DATA_PT_area", "DATA_PT_falloff_curve", "MATERIAL_PT_preview", "WORLD_PT_preview", "DATA_PT_preview"}
+             "DATA_PT_area", "DATA_PT_falloff_curve", "DATA_PT_preview"}
 
 # Panels made for EEVEE that show what every shader-node engine needs.
-_INCLUDED = {"DATA_PT_spot", "DATA_PT_camera_dof", "DATA_PT_camera_dof_aperture",
-             "EEVEE_MATERIAL_PT_context_material", "EEVEE_NEXT_MATERIAL_PT_context_material", "EEVEE_WORLD_PT_surface"}
+_INCLUDED = {"DATA_PT_spot", "DATA_PT_camera_dof", "DATA_PT_camera_dof_aperture", "EEVEE_MATERIAL_PT_context_material",
+             "EEVEE_NEXT_MATERIAL_PT_context_material", "EEVEE_WORLD_PT_surface", "MATERIAL_PT_preview"}
 
 
 class EnginePanel:

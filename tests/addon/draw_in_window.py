@@ -21,7 +21,7 @@ def main():
 
     for cls in ui._CLASSES:
         if hasattr(cls, "draw_properties"):
-            print_when_drawn(cls)
+            keep_when_drawn(cls)
     folder = Path(sys.argv[-1])
     folder.mkdir(parents=True, exist_ok=True)
     area = next(area for area in bpy.context.window_manager.windows[0].screen.areas if area.type == "PROPERTIES")
@@ -36,19 +36,24 @@ def main():
                 bpy.ops.wm.redraw_timer(type="DRAW_WIN_SWAP", iterations=2)
             with bpy.context.temp_override(window=window, screen=window.screen, area=area):
                 bpy.ops.screen.screenshot_area(filepath=str(folder / f"{name}_{tab}.png".lower()))
+    for name in drawn_panels:
+        print("DRAWN", name)
     sys.stdout.flush()
     bpy.ops.wm.quit_blender()
 
 
-def print_when_drawn(cls):
-    """Opens the panel, too: closed ones are not drawn."""
+drawn_panels = set()
+
+
+def keep_when_drawn(cls):
+    """Opens the panel, too: closed ones are not drawn. Nothing is printed here, for that lets other threads in: see in_window."""
     bpy.utils.unregister_class(cls)
     cls.bl_options = set()
     draw = cls.draw_properties
 
     def drawn(self, layout, context):
         draw(self, layout, context)
-        print("DRAWN", cls.__name__)
+        drawn_panels.add(cls.__name__)
 
     cls.draw_properties = drawn
     bpy.utils.register_class(cls)

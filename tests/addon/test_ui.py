@@ -1,13 +1,11 @@
 """Panels: that each draws what exists, for every kind of lamp, and that Blender's own are there; in a real window as well."""
 
-import os
-import shutil
-import subprocess
 from pathlib import Path
 from types import MethodType, SimpleNamespace
 
 import blender_scene
 import bpy
+import in_window
 import make_scenes
 import pytest
 from sppm import statistics, ui, ui_report, ui_shared
@@ -19,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 SHARED = ["RENDER_PT_color_management", "RENDER_PT_format", "RENDER_PT_frame_range", "RENDER_PT_output", "RENDER_PT_stamp",
           "WORLD_PT_context_world", "EEVEE_WORLD_PT_surface", "DATA_PT_context_light", "DATA_PT_spot", "DATA_PT_lens",
           "DATA_PT_camera", "DATA_PT_camera_dof", "DATA_PT_camera_dof_aperture", "EEVEE_MATERIAL_PT_context_material",
-          "MATERIAL_PT_custom_props", "DATA_PT_uv_texture", "OBJECT_PT_visibility", "VIEWLAYER_PT_layer"]
+          "MATERIAL_PT_preview", "MATERIAL_PT_custom_props", "DATA_PT_uv_texture", "OBJECT_PT_visibility", "VIEWLAYER_PT_layer"]
 
 
 class Layout:
@@ -262,19 +260,10 @@ def folder(path):
 # ---------------------------------------------------------------- a real window
 
 
-@pytest.mark.skipif(not bpy.app.binary_path, reason="the bpy wheel has no window")
+@in_window.needed
 def test_panels_draw_in_a_window(tmp_path):
     """Blender draws each tab and prints the trace of every panel that fails."""
-    script = Path(__file__).with_name("draw_in_window.py")
-    assert shutil.which("xvfb-run"), "install xvfb"
-    # `timeout` ends Blender and the X server too, and not only the script that started them.
-    command = ["timeout", "300", "xvfb-run", "-a", "-s", "-screen 0 900x800x24 +extension GLX", bpy.app.binary_path,
-               "--factory-startup", "--window-geometry", "0", "0", "900", "800", "--addons", "sppm", "--python-exit-code", "1",
-               "-P", str(script), "--", str(ROOT / "build" / "test" / "tabs")]
-    done = subprocess.run(command, env={**os.environ, "LIBGL_ALWAYS_SOFTWARE": "1", "BLENDER_USER_CONFIG": str(tmp_path)},
-                          capture_output=True, text=True, check=False)
-    output = done.stdout + done.stderr
-    assert done.returncode == 0, output
-    assert "Traceback" not in output and "rna_uiItem" not in output, output
-    drawn = {line.split()[1] for line in done.stdout.splitlines() if line.startswith("DRAWN ")}
+    output = in_window.run("draw_in_window.py", tmp_path, ROOT / "build" / "test" / "tabs")
+    assert "rna_uiItem" not in output, output
+    drawn = {line.split()[1] for line in output.splitlines() if line.startswith("DRAWN ")}
     assert drawn == {panel.__name__ for panel in PANELS}, output
