@@ -45,6 +45,8 @@ def export_scene(depsgraph, camera=None):
     camera = camera or scene.camera
     walk.desc.camera = export_camera(camera.evaluated_get(depsgraph) if camera else None, scene.render, walk.warn)
     walk.desc.world = export_world(scene.world, walk.images.export, walk.warn)
+    if scene.render.use_multiview:
+        walk.warn("stereoscopy is not rendered: every view shows what the camera itself sees")
     for instance in depsgraph.object_instances:
         walk.visit(instance)
     if walk.desc.instances:
