@@ -666,6 +666,12 @@ def test_nodes_of_lamps(export):
     emission = lamp.node_tree.nodes["Emission"]
     emission.inputs["Strength"].default_value = 3.0
     assert export()[0].lights[0].emission[0] == pytest.approx(3 * usual)
+    body = lamp.node_tree.nodes.new("ShaderNodeBlackbody")
+    body.inputs[0].default_value = 3000.0
+    lamp.node_tree.links.new(body.outputs[0], emission.inputs["Color"])
+    warm = export()[0].lights[0].emission
+    assert warm[0] > warm[1] > warm[2]
+    assert np.dot(warm, (0.2126, 0.7152, 0.0722)) == pytest.approx(3 * usual, rel=0.02), "of luminance 1"
     texture = lamp.node_tree.nodes.new("ShaderNodeTexNoise")
     lamp.node_tree.links.new(texture.outputs[0], emission.inputs["Strength"])
     assert any("'Point'" in warning and "Noise" in warning for warning in export()[1])

@@ -14,7 +14,6 @@ import make_scenes
 import numpy as np
 import pytest
 
-
 REFUSED = 3  # exit code of life_in_window.py: Blender does not let it go on
 
 
@@ -123,8 +122,9 @@ def test_python_ends_cleanly_where_blender_is_a_module(more):
 
 @pytest.mark.skipif(not bpy.app.binary_path, reason="the bpy wheel has no window")
 def test_what_a_user_does_while_a_picture_renders(tmp_path):
-    """Esc, undo, objects that are deleted, another file, an add-on that is reloaded: Blender lives, and the next picture is right."""
-    found = {name: float(value) for name, value in re.findall(r"^STEP (\S+) (\S+)$", story_in_window(tmp_path), re.MULTILINE)}
+    """Esc, undo, deleted objects, another file, a reloaded add-on: Blender lives, and the next picture is right."""
+    lines = re.findall(r"^STEP (\S+) (\S+)$", story_in_window(tmp_path), re.MULTILINE)
+    found = {name: float(value) for name, value in lines}
     assert set(found) == {"whole", "cancelled", "kept", "cancelled-in-step", "undone", "removed", "again", "reloaded"}
     assert found["cancelled"] < 0.5 and found["cancelled-in-step"] < 0.5, "seconds from the key to the end of the render"
     assert found["kept"] == pytest.approx(1.0, abs=0.02), "what was rendered before Esc, beside the whole picture; noise"
