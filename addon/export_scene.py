@@ -44,6 +44,8 @@ def export_scene(depsgraph, camera=None):
     scene = depsgraph.scene_eval
     camera = camera or scene.camera
     walk.desc.camera = export_camera(camera.evaluated_get(depsgraph) if camera else None, scene.render, walk.warn)
+    if scene.render.use_multiview:
+        walk.warn("stereoscopy is not rendered: every view shows what the camera itself sees")
     walk.run(depsgraph, lambda obj: True)
     if walk.desc.instances:
         boxes = instance_boxes(walk.desc)
