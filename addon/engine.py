@@ -10,6 +10,7 @@ import bpy
 
 from . import advice, native, render_result, statistics
 from .export_camera import CameraError
+from .export_motion import shutter_of
 from .export_scene import export_scene
 from .scene_desc import SceneError
 
@@ -55,7 +56,7 @@ class _Render:
 
     def run(self):
         self._engine.update_stats("", "SPPM: exporting the scene")
-        desc, warnings = export_scene(self._depsgraph, self._engine.camera_override)
+        desc, warnings = export_scene(self._depsgraph, self._engine.camera_override, shutter_of(self._engine, self._depsgraph.scene))
         hints = advice.before_render(desc, self._settings.max_depth)
         self._tell(warnings, hints)
         self._engine.update_stats("", "SPPM: building the scene")

@@ -5,6 +5,7 @@ instances of collections, geometry nodes and particles all arrive here as instan
 walk.
 """
 
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from .export_image import ImageExporter
 from .export_light import export_light, export_world
 from .export_material import MaterialExporter
 from .export_mesh import export_mesh
+from .export_motion import MotionReader
 from .scene_desc import InstanceDesc, SceneDesc
 
 _UNSUPPORTED = {"CURVES": "hair curves", "VOLUME": "a volume", "POINTCLOUD": "a point cloud", "GPENCIL": "grease pencil",
@@ -24,12 +26,13 @@ _UNSUPPORTED = {"CURVES": "hair curves", "VOLUME": "a volume", "POINTCLOUD": "a 
 _RAY_VISIBILITY = ("camera", "diffuse", "glossy", "transmission", "shadow")
 
 
-def export_scene(depsgraph, camera=None):
+def export_scene(depsgraph, camera=None, shutter=None):
     """Exports what a render of the dependency graph's view layer shows.
 
     Args:
         depsgraph: evaluated for rendering.
         camera: camera object to use instead of the scene's.
+        shutter: the frames through which what moves is blurred, None for no motion blur.
 
     Returns:
         (SceneDesc, list of messages for the user, each once).
@@ -37,7 +40,13 @@ def export_scene(depsgraph, camera=None):
     Raises:
         CameraError: there is no camera to look through.
     """
-    walk = _Walk(depsgraph)
+    with shutter or nullcontext():
+        walk = _walked(depsgraph, camera, shutter)
+    return _moved_to_origin(walk.desc), walk.warnings
+
+
+def _walked(depsgraph, camera, shutter):
+    walk = _Walk(depsgraph, is_motion_wanted=shutter is not None)
     _warn_of_missing_libraries(walk.warn)
     scene = depsgraph.scene_eval
     camera = camera or scene.camera
@@ -45,7 +54,9 @@ def export_scene(depsgraph, camera=None):
     walk.desc.world = export_world(scene.world, walk.images.export, walk.warn)
     for instance in depsgraph.object_instances:
         walk.visit(instance)
-    return _moved_to_origin(walk.desc), walk.warnings
+    if walk.motion:
+        walk.motion.follow(depsgraph, shutter, camera)
+    return walk
 
 
 def _warn_of_missing_libraries(warn):
@@ -59,8 +70,9 @@ def _warn_of_missing_libraries(warn):
 class _Walk:
     """What is known while the instances pass by."""
 
-    def __init__(self, depsgraph):
+    def __init__(self, depsgraph, is_motion_wanted):
         self.desc, self.warnings = SceneDesc(), []
+        self.motion = MotionReader(self.desc, self.warn) if is_motion_wanted else None
         self.images = ImageExporter(self.desc, self.warn)
         self._depsgraph = depsgraph
         self._materials = MaterialExporter(self.desc, self.warn, self.images)
@@ -80,22 +92,28 @@ class _Walk:
         if obj.type == "LIGHT":
             light = export_light(obj, instance.matrix_world, self.warn)
             if light:
-                self.desc.lights.append(light)
+                self._append(light, self.desc.lights, instance)
         elif isinstance(obj.data, bpy.types.Mesh):
             # Curves, texts, surfaces and metaballs pass by twice: as themselves, and as the mesh that they evaluate to.
-            self._add_instance(obj, instance.matrix_world)
+            self._add_instance(instance)
         elif obj.type in _UNSUPPORTED:
             self.warn(f"object '{obj.name}': {_UNSUPPORTED[obj.type]} cannot be rendered and is left out")
+
+    def _append(self, item, items, instance):
+        items.append(item)
+        if self.motion:
+            self.motion.note(instance, items)
 
     def _warn_of_hair(self, obj):
         for system in obj.particle_systems:
             if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
                 self.warn(f"object '{obj.name}': particle hair '{system.name}' cannot be rendered and is left out")
 
-    def _add_instance(self, obj, matrix):
+    def _add_instance(self, instance):
+        obj = instance.object
         if not self._is_visible(obj):
             return
-        transform = np.array(matrix, dtype=np.float64)[:3]
+        transform = np.array(instance.matrix_world, dtype=np.float64)[:3]
         if not np.isfinite(transform).all():
             self.warn(f"object '{obj.name}': its place or scale is not finite, it is left out")
             return
@@ -104,7 +122,7 @@ class _Walk:
         materials = tuple(self._materials.export(material) for material in _materials_of(obj))
         mesh_id = self._mesh_id(obj, materials)
         if mesh_id:
-            self.desc.instances.append(InstanceDesc(obj.name, mesh_id, materials, transform))
+            self._append(InstanceDesc(obj.name, mesh_id, materials, transform), self.desc.instances, instance)
 
     def _is_visible(self, obj):
         visible = [getattr(obj, f"visible_{ray}", True) for ray in _RAY_VISIBILITY]
@@ -179,13 +197,18 @@ def _moved_to_origin(desc):
     if np.linalg.norm(centre) <= np.linalg.norm(high - low):
         return desc
     desc.origin = tuple(centre)
-    desc.instances = [replace(item, transform=_moved(item.transform, centre)) for item in desc.instances]
-    desc.lights = [replace(item, transform=_moved(item.transform, centre)) for item in desc.lights]
-    desc.camera = replace(desc.camera, transform=_moved(desc.camera.transform, centre))
+    for items in (desc.instances, desc.lights):
+        items[:] = [replace(item, transform=_moved(item.transform, centre), motion=_moved(item.motion, centre)) for item in items]
+    desc.camera, *camera_motion = (replace(camera, transform=_moved(camera.transform, centre))
+                                   for camera in (desc.camera, *desc.camera_motion))
+    desc.camera_motion = tuple(camera_motion)
     return desc
 
 
-def _moved(transform, centre):
-    moved = transform.copy()
-    moved[:, 3] -= centre
+def _moved(transforms, centre):
+    """One (3, 4) or several, or None."""
+    if transforms is None:
+        return None
+    moved = transforms.copy()
+    moved[..., 3] -= centre
     return moved
