@@ -56,7 +56,8 @@ class _Render:
 
     def run(self):
         self._engine.update_stats("", "SPPM: exporting the scene")
-        desc, warnings = export_scene(self._depsgraph, self._engine.camera_override, shutter_of(self._engine, self._depsgraph.scene))
+        shutter = shutter_of(self._engine, self._depsgraph.scene)
+        desc, warnings = export_scene(self._depsgraph, self._engine.camera_override, shutter)
         hints = advice.before_render(desc, self._settings.max_depth)
         self._tell(warnings, hints)
         self._engine.update_stats("", "SPPM: building the scene")

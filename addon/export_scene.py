@@ -20,9 +20,11 @@ from .export_material import MaterialExporter
 from .export_mesh import export_mesh
 from .export_motion import MotionReader
 from .scene_desc import InstanceDesc, SceneDesc
+from .wording import named
 
 _UNSUPPORTED = {"CURVES": "hair curves", "VOLUME": "a volume", "POINTCLOUD": "a point cloud", "GPENCIL": "grease pencil",
                 "GREASEPENCIL": "grease pencil"}
+_FARTHEST = 1e11  # metres from the middle of the scene; kLargestCoordinate of native/src/accel.cpp
 _RAY_VISIBILITY = ("camera", "diffuse", "glossy", "transmission", "shadow")
 
 
@@ -42,7 +44,11 @@ def export_scene(depsgraph, camera=None, shutter=None):
     """
     with shutter or nullcontext():
         walk = _walked(depsgraph, camera, shutter)
-    return _moved_to_origin(walk.desc), walk.warnings
+    if walk.desc.instances:
+        boxes = instance_boxes(walk.desc)
+        _move_to_origin(walk.desc, boxes)
+        _warn_of_far_ends(walk.desc, boxes - walk.desc.origin, walk.warn)
+    return walk.desc, walk.warnings
 
 
 def _walked(depsgraph, camera, shutter):
@@ -183,26 +189,22 @@ def _materials_of(obj):
             yield slot.material if slot else None
 
 
-def _moved_to_origin(desc):
+def _move_to_origin(desc, boxes):
     """Moves a scene that lies farther from Blender's origin than it is large to its own centre, in double precision.
 
     Single precision, which the renderer computes in, then loses at most a bit; a scene around the origin stays as it is. The
     centre is that of the bounds of all instances, rounded to metres.
     """
-    if not desc.instances:
-        return desc
-    boxes = instance_boxes(desc)
     low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
     centre = np.round((low + high) / 2.0)
     if np.linalg.norm(centre) <= np.linalg.norm(high - low):
-        return desc
+        return
     desc.origin = tuple(centre)
     for items in (desc.instances, desc.lights):
         items[:] = [replace(item, transform=_moved(item.transform, centre), motion=_moved(item.motion, centre)) for item in items]
     desc.camera, *camera_motion = (replace(camera, transform=_moved(camera.transform, centre))
                                    for camera in (desc.camera, *desc.camera_motion))
     desc.camera_motion = tuple(camera_motion)
-    return desc
 
 
 def _moved(transforms, centre):
@@ -212,3 +214,11 @@ def _moved(transforms, centre):
     moved = transforms.copy()
     moved[..., 3] -= centre
     return moved
+
+
+def _warn_of_far_ends(desc, boxes, warn):
+    """The library traces no ray that starts farther out: what lies there is seen, but nothing is seen or shadowed from there."""
+    is_far = np.abs(boxes).max(axis=(1, 2)) > _FARTHEST
+    if is_far.any():
+        names = named(item.name for item, far in zip(desc.instances, is_far) if far)
+        warn(f"object {names} reaches beyond {_FARTHEST:.0e} m, where no shadows and reflections are rendered")

@@ -25,11 +25,11 @@ class SPPM_OBJECT_PT_motion_blur(EnginePanel, bpy.types.Panel):
     bl_label = "Motion Blur"
     bl_context = "object"
     bl_options = {"DEFAULT_CLOSED"}
+    shows = "object"
 
     @classmethod
     def poll(cls, context):
-        return getattr(context.object, "type", None) in ("MESH", "CURVE", "SURFACE", "FONT", "META", "LIGHT", "CAMERA", "EMPTY") and \
-            hasattr(context.object, "cycles") and super().poll(context)
+        return super().poll(context) and hasattr(context.object, "cycles")
 
     def draw_header(self, context):
         self.layout.prop(context.object.cycles, "use_motion_blur", text="")
