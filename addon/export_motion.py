@@ -88,7 +88,7 @@ class MotionReader:
 
     def note(self, instance, items):
         """To be called after the export of a dependency graph's instance as the last of `items`."""
-        count = _key_count(instance.object, instance.parent if instance.is_instance else None)
+        count = _key_count(instance.object.original, instance.parent.original if instance.is_instance else None)
         if count > 1:
             self._tracks[_identity(instance)] = _Track(items, len(items) - 1, count)
 

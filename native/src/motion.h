@@ -18,6 +18,7 @@ class Motion {
   Motion() = default;
   explicit Motion(std::span<const Affine> places);  // from the shutter's opening to its closing; at least one
 
+  uint64_t memory() const { return places_.size() * sizeof(Affine) + poses_.size() * sizeof(Pose); }
   Affine at(double time) const;  // 0 where the shutter opens, 1 where it closes
 
  private:
