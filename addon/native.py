@@ -14,7 +14,7 @@ import numpy as np
 
 from .scene_desc import SceneDesc, validate
 
-ABI_VERSION = 3
+ABI_VERSION = 4
 LIBRARY_PATH = Path(__file__).parent / "lib" / "libsppm.so"
 
 PASS_NAMES = ("Combined", "Depth", "Normal", "Direct", "Indirect", "Caustics", "Radius", "Photons")

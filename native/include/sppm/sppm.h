@@ -32,7 +32,7 @@ extern "C" {
 #endif
 
 /* Raised whenever a caller built for another header could misread a struct. Compare with sppm_abi_version() at load. */
-#define SPPM_ABI_VERSION 3
+#define SPPM_ABI_VERSION 4
 
 typedef enum SppmStatus {
   SPPM_OK = 0,
