@@ -124,6 +124,15 @@ def shadow_switch(light):
     return (cycles, "cast_shadow") if hasattr(cycles, "cast_shadow") else (light, "use_shadow")
 
 
+# ---------------------------------------------------------------- motion
+
+
+def motion_blur_position(scene):
+    """(owner, name) of where in the shutter a frame lies: Blender's own from 4.2 on, before Cycles' or, without it, EEVEE's."""
+    owners = (scene.render, getattr(scene, "cycles", None), scene.eevee)
+    return next(owner for owner in owners if hasattr(owner, "motion_blur_position")), "motion_blur_position"
+
+
 # ---------------------------------------------------------------- nodes
 
 

@@ -14,6 +14,7 @@ import bpy
 
 from . import advice, live_view, native, render_result, statistics
 from .export_camera import CameraError
+from .export_motion import shutter_of
 from .export_scene import export_scene
 from .scene_desc import SceneError
 
@@ -95,7 +96,8 @@ class _Render:
 
     def _run(self):
         self._engine.update_stats("", "SPPM: exporting the scene")
-        desc, warnings = export_scene(self._depsgraph, self._engine.camera_override)
+        shutter = shutter_of(self._engine, self._depsgraph.scene)
+        desc, warnings = export_scene(self._depsgraph, self._engine.camera_override, shutter)
         hints = advice.before_render(desc, self._settings.max_depth)
         self._tell(warnings, hints)
         self._engine.update_stats("", "SPPM: building the scene")

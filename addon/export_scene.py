@@ -5,6 +5,7 @@ instances of collections, geometry nodes and particles all arrive here as instan
 walk.
 """
 
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from .export_camera import export_camera
 from .export_image import ImageExporter
 from .export_light import export_light, export_world
 from .export_mesh import export_mesh
+from .export_motion import MotionReader
 from .scene_desc import InstanceDesc, SceneDesc
 from .wording import named
 
@@ -26,12 +28,13 @@ _FARTHEST = 1e11  # metres from the middle of the scene; kLargestCoordinate of n
 _RAY_VISIBILITY = ("camera", "diffuse", "glossy", "transmission", "shadow")
 
 
-def export_scene(depsgraph, camera=None):
+def export_scene(depsgraph, camera=None, shutter=None):
     """Exports what a render of the dependency graph's view layer shows.
 
     Args:
         depsgraph: evaluated for rendering.
         camera: camera object to use instead of the scene's.
+        shutter: the frames through which what moves is blurred, None for no motion blur.
 
     Returns:
         (SceneDesc, list of messages for the user, each once).
@@ -39,6 +42,16 @@ def export_scene(depsgraph, camera=None):
     Raises:
         CameraError: there is no camera to look through.
     """
+    with shutter or nullcontext():
+        walk = _walked(depsgraph, camera, shutter)
+    if walk.desc.instances:
+        boxes = instance_boxes(walk.desc)
+        _move_to_origin(walk.desc, boxes)
+        _warn_of_far_ends(walk.desc, boxes - walk.desc.origin, walk.warn)
+    return walk.desc, walk.warnings
+
+
+def _walked(depsgraph, camera, shutter):
     walk = _Walk(ExportCache())
     _warn_of_missing_libraries(walk.warn)
     scene = depsgraph.scene_eval
@@ -46,12 +59,11 @@ def export_scene(depsgraph, camera=None):
     walk.desc.camera = export_camera(camera.evaluated_get(depsgraph) if camera else None, scene.render, walk.warn)
     if scene.render.use_multiview:
         walk.warn("stereoscopy is not rendered: every view shows what the camera itself sees")
+    walk.motion = MotionReader(walk.desc, walk.warn) if shutter else None
     walk.run(depsgraph, lambda obj: True)
-    if walk.desc.instances:
-        boxes = instance_boxes(walk.desc)
-        _move_to_origin(walk.desc, boxes)
-        _warn_of_far_ends(walk.desc, boxes - walk.desc.origin, walk.warn)
-    return walk.desc, walk.warnings
+    if walk.motion:
+        walk.motion.follow(depsgraph, shutter, camera)
+    return walk
 
 
 def export_viewport(depsgraph, is_shown, cache):
@@ -83,6 +95,7 @@ class _Walk:
 
     def __init__(self, cache):
         self.desc, self.warnings = SceneDesc(), []
+        self.motion = None  # or the MotionReader that follows what is exported
         self._cache = cache
         self._images = ImageExporter(self.desc, self.warn, cache.images)
         self._materials = CachedMaterials(self.desc, self.warn, self._images, cache.materials)
@@ -110,22 +123,28 @@ class _Walk:
         if obj.type == "LIGHT":
             light = export_light(obj, instance.matrix_world, self.warn)
             if light:
-                self.desc.lights.append(light)
+                self._append(light, self.desc.lights, instance)
         elif isinstance(obj.data, bpy.types.Mesh):
             # Curves, texts, surfaces and metaballs pass by twice: as themselves, and as the mesh that they evaluate to.
-            self._add_instance(obj, instance.matrix_world)
+            self._add_instance(instance)
         elif obj.type in _UNSUPPORTED:
             self.warn(f"object '{obj.name}': {_UNSUPPORTED[obj.type]} cannot be rendered and is left out")
+
+    def _append(self, item, items, instance):
+        items.append(item)
+        if self.motion:
+            self.motion.note(instance, items)
 
     def _warn_of_hair(self, obj):
         for system in obj.particle_systems:
             if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
                 self.warn(f"object '{obj.name}': particle hair '{system.name}' cannot be rendered and is left out")
 
-    def _add_instance(self, obj, matrix):
+    def _add_instance(self, instance):
+        obj = instance.object
         if not self._is_visible(obj):
             return
-        transform = np.array(matrix, dtype=np.float64)[:3]
+        transform = np.array(instance.matrix_world, dtype=np.float64)[:3]
         if not np.isfinite(transform).all():
             self.warn(f"object '{obj.name}': its place or scale is not finite, it is left out")
             return
@@ -135,7 +154,7 @@ class _Walk:
         ids = tuple(map(self._materials.export, materials))
         mesh_id = self._mesh_id(obj, materials)
         if mesh_id:
-            self.desc.instances.append(InstanceDesc(obj.name, mesh_id, ids, transform))
+            self._append(InstanceDesc(obj.name, mesh_id, ids, transform), self.desc.instances, instance)
 
     def _is_visible(self, obj):
         visible = [getattr(obj, f"visible_{ray}", True) for ray in _RAY_VISIBILITY]
@@ -207,16 +226,20 @@ def _move_to_origin(desc, boxes):
     if np.linalg.norm(centre) <= np.linalg.norm(high - low):
         return
     desc.origin = tuple(centre)
-    desc.instances = [replace(item, transform=moved(item.transform, centre)) for item in desc.instances]
-    desc.lights = [replace(item, transform=moved(item.transform, centre)) for item in desc.lights]
+    for items in (desc.instances, desc.lights):
+        items[:] = [replace(item, transform=moved(item.transform, centre), motion=moved(item.motion, centre)) for item in items]
     if desc.camera:
-        desc.camera = replace(desc.camera, transform=moved(desc.camera.transform, centre))
+        desc.camera, *camera_motion = (replace(camera, transform=moved(camera.transform, centre))
+                                       for camera in (desc.camera, *desc.camera_motion))
+        desc.camera_motion = tuple(camera_motion)
 
 
-def moved(transform, centre):
-    """(3, 4) a transform into a scene whose origin is `centre`."""
-    result = transform.copy()
-    result[:, 3] -= centre
+def moved(transforms, centre):
+    """One (3, 4) transform or several, or None, into a scene whose origin is `centre`."""
+    if transforms is None:
+        return None
+    result = transforms.copy()
+    result[..., 3] -= centre
     return result
 
 

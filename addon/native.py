@@ -14,7 +14,7 @@ import numpy as np
 
 from .scene_desc import SceneDesc, validate
 
-ABI_VERSION = 3
+ABI_VERSION = 4
 LIBRARY_PATH = Path(__file__).parent / "lib" / "libsppm.so"
 
 PASS_NAMES = ("Combined", "Depth", "Normal", "Direct", "Indirect", "Caustics", "Radius", "Photons")
@@ -83,13 +83,13 @@ class _Mesh(_Sized):
 
 class _Instance(_Sized):
     _fields_ = [("mesh", c_uint32), ("material_count", c_uint32), ("materials", POINTER(c_uint32)), ("transform", c_float * 12),
-                ("name", c_char_p), ("movable", c_uint32)]
+                ("name", c_char_p), ("movable", c_uint32), ("motion_count", c_uint32), ("motion", POINTER(c_float))]
 
 
 class _Light(_Sized):
     _fields_ = [("type", c_uint32), ("flags", c_uint32), ("transform", c_float * 12), ("emission", c_float * 3),
                 ("radius", c_float), ("angle", c_float), ("blend", c_float), ("size_x", c_float), ("size_y", c_float),
-                ("name", c_char_p)]
+                ("name", c_char_p), ("motion_count", c_uint32), ("motion", POINTER(c_float))]
 
 
 class _World(_Sized):
@@ -141,6 +141,7 @@ _PROTOTYPES = {
     "sppm_scene_add_light": [c_void_p, POINTER(_Light), _ID_OUT],
     "sppm_scene_set_world": [c_void_p, POINTER(_World)],
     "sppm_scene_set_camera": [c_void_p, POINTER(_Camera)],
+    "sppm_scene_set_camera_motion": [c_void_p, POINTER(_Camera), c_uint32],
     "sppm_scene_commit": [c_void_p, c_uint32],
     "sppm_scene_move_instance": [c_void_p, c_uint32, POINTER(c_float)],
     "sppm_scene_set_light": [c_void_p, c_uint32, POINTER(_Light)],
@@ -297,6 +298,9 @@ class Scene:
             self._lib.sppm_scene_set_world(self._handle, _world_struct(desc.world))
         if desc.camera:
             self._lib.sppm_scene_set_camera(self._handle, _camera_struct(desc.camera))
+        if desc.camera_motion:
+            keys = (_Camera * len(desc.camera_motion))(*map(_camera_struct, desc.camera_motion))
+            self._lib.sppm_scene_set_camera_motion(self._handle, keys, len(keys))
 
 
 def _pointer(array, dtype, c_type):
@@ -315,6 +319,11 @@ def _floats(array):
 
 def _uints(array):
     return _pointer(array, np.uint32, c_uint32)
+
+
+def _count(array):
+    """Length of an array, 0 for None."""
+    return 0 if array is None else len(array)
 
 
 def _keep(struct, *owners):
@@ -367,16 +376,19 @@ def _mesh_struct(mesh):
 
 
 def _instance_struct(instance):
-    materials = _uints(instance.materials)
+    materials, motion = _uints(instance.materials), _floats(instance.motion)
     struct = _Instance(mesh=instance.mesh, material_count=len(instance.materials), materials=materials,
-                       transform=_matrix(instance.transform), name=instance.name.encode(), movable=int(instance.movable))
-    return _keep(struct, materials)
+                       transform=_matrix(instance.transform), name=instance.name.encode(), movable=int(instance.movable),
+                       motion_count=_count(instance.motion), motion=motion)
+    return _keep(struct, materials, motion)
 
 
 def _light_struct(light):
-    return _Light(type=light.type, flags=light.flags, transform=_matrix(light.transform), emission=tuple(light.emission),
+    motion = _floats(light.motion)
+    struct = _Light(type=light.type, flags=light.flags, transform=_matrix(light.transform), emission=tuple(light.emission),
                   radius=light.radius, angle=light.angle, blend=light.blend, size_x=light.size_x, size_y=light.size_y,
-                  name=light.name.encode())
+                  name=light.name.encode(), motion_count=_count(light.motion), motion=motion)
+    return _keep(struct, motion)
 
 
 def _world_struct(world):

@@ -160,7 +160,8 @@ class MeshDesc:
 class InstanceDesc:
     """`transform` (3, 4) float64 object to world; `materials` ids, at least the mesh's largest slot + 1.
 
-    What is `movable` can be placed elsewhere once the scene is built; its rays take a little longer.
+    What is `movable` can be placed elsewhere once the scene is built; its rays take a little longer. `motion` (keys, 3, 4) float64
+    is where it stands while the shutter is open, evenly spaced in time, from its opening to its closing; None if it does not move.
     """
 
     name: str
@@ -168,11 +169,12 @@ class InstanceDesc:
     materials: tuple
     transform: np.ndarray
     movable: bool = False
+    motion: Optional[np.ndarray] = None
 
 
 @dataclass(frozen=True)
 class LightDesc:
-    """See SppmLightDesc; `transform` (3, 4) float64, light goes along its -z."""
+    """See SppmLightDesc; `transform` (3, 4) float64, light goes along its -z; `motion` as of InstanceDesc."""
 
     name: str
     type: LightType
@@ -184,6 +186,7 @@ class LightDesc:
     blend: float = 0.0
     size_x: float = 0.0
     size_y: float = 0.0
+    motion: Optional[np.ndarray] = None
 
 
 @dataclass(frozen=True)
@@ -215,9 +218,13 @@ class CameraDesc:
 
 @dataclass
 class SceneDesc:
-    """A whole scene, in world space moved by -`origin` so that float32 is fine enough far from Blender's origin."""
+    """A whole scene, in world space moved by -`origin` so that float32 is fine enough far from Blender's origin.
+
+    `camera_motion`: the camera at times evenly spaced from the opening of the shutter to its closing; empty if it does not move.
+    """
 
     camera: Optional[CameraDesc] = None
+    camera_motion: tuple = ()
     world: Optional[WorldDesc] = None
     images: list = field(default_factory=list)
     textures: list = field(default_factory=list)
@@ -256,7 +263,8 @@ def validate(scene: SceneDesc) -> None:
     for position, light in enumerate(scene.lights, 1):
         _validate_light(_label("light", position, light.name), light)
     _validate_world(scene.world, len(scene.images))
-    _validate_camera(scene.camera)
+    for camera in (scene.camera, *scene.camera_motion):
+        _validate_camera(camera)
 
 
 def _label(kind, position, name=""):
@@ -299,6 +307,12 @@ def _require_indices(label, name, indices, count):
 
 def _require_transform(label, transform):
     _require_array(label, "transform", transform, (3, 4), (np.float64, np.float32))
+
+
+def _require_motion(label, motion):
+    if motion is not None:
+        _require_array(label, "motion", motion, (None, 3, 4), (np.float64, np.float32))
+        _require(len(motion) > 0, label, "motion has no key")
 
 
 def _validate_image(label, image):
@@ -359,10 +373,12 @@ def _validate_instance(label, instance, slot_counts, material_count):
     for material in instance.materials:
         _require_id(label, "material", material, material_count)
     _require_transform(label, instance.transform)
+    _require_motion(label, instance.motion)
 
 
 def _validate_light(label, light):
     _require_transform(label, light.transform)
+    _require_motion(label, light.motion)
     _require_finite(label, "emission", light.emission, 3)
     for name in ("radius", "angle", "blend", "size_x", "size_y"):
         _require_not_negative(label, name, getattr(light, name), 1)

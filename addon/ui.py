@@ -4,7 +4,7 @@ import bpy
 from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
 
-from . import statistics, ui_report, ui_shared
+from . import statistics, ui_motion, ui_report, ui_shared
 from .properties import DERIVED, QUALITIES, SppmSettings
 from .ui_shared import ENGINE, EnginePanel
 
@@ -152,7 +152,7 @@ class SPPM_PT_passes(EnginePanel, bpy.types.Panel):
 
 _CLASSES = (SPPM_PT_presets, SPPM_OT_preset_add, SPPM_PT_quality, ui_report.SPPM_PT_messages, SPPM_PT_sampling,
             SPPM_PT_light_paths, SPPM_PT_photons, SPPM_PT_film, SPPM_PT_performance, SPPM_PT_output, SPPM_PT_simplify,
-            ui_report.SPPM_PT_statistics, SPPM_PT_passes, *ui_shared.CLASSES)
+            ui_report.SPPM_PT_statistics, SPPM_PT_passes, *ui_motion.CLASSES, *ui_shared.CLASSES)
 
 
 def register():

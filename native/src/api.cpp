@@ -126,7 +126,7 @@ SppmStatus sppm_scene_add_instance(SppmScene* scene, const SppmInstanceDesc* des
 }
 
 SppmStatus sppm_scene_add_light(SppmScene* scene, const SppmLightDesc* desc, uint32_t* light) {
-  return add(__func__, scene, desc, light, [&](sppm::Scene& s) { return s.lights.add_lamp(*desc); });
+  return add(__func__, scene, desc, light, [&](sppm::Scene& s) { return s.add_lamp(*desc); });
 }
 
 SppmStatus sppm_scene_set_world(SppmScene* scene, const SppmWorldDesc* desc) {
@@ -142,6 +142,14 @@ SppmStatus sppm_scene_set_camera(SppmScene* scene, const SppmCameraDesc* desc) {
     require_pointer(scene, "scene");
     require_desc(desc);
     scene->scene->set_camera(*desc);
+  });
+}
+
+SppmStatus sppm_scene_set_camera_motion(SppmScene* scene, const SppmCameraDesc* keys, uint32_t count) {
+  return guard(__func__, [&] {
+    require_pointer(scene, "scene");
+    for (uint32_t i = 0; i < count; ++i) require_desc(keys ? keys + i : nullptr);
+    scene->scene->set_camera_motion({keys, count});
   });
 }
 

@@ -146,6 +146,7 @@ SppmSceneInfo Scene::info() const {
   }
   info.memory_bytes = accel_.memory() + textures.memory();
   for (const auto& mesh : meshes_) info.memory_bytes += mesh->memory();
+  for (const MovingInstance& m : moving_instances_) info.memory_bytes += sizeof m + m.motion.memory();
   info.has_specular = has_specular_, info.has_transparent = has_transparent_, info.has_textures = has_textures_;
   return info;
 }

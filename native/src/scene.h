@@ -2,7 +2,10 @@
 #pragma once
 
 #include <memory>
+#include <mutex>
 #include <optional>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "accel.h"
@@ -10,6 +13,7 @@
 #include "light.h"
 #include "material.h"
 #include "mesh.h"
+#include "motion.h"
 #include "parallel.h"
 #include "texture.h"
 
@@ -50,7 +54,9 @@ class Scene {
 
   uint32_t add_mesh(const SppmMeshDesc& desc);
   uint32_t add_instance(const SppmInstanceDesc& desc);
-  void set_camera(const SppmCameraDesc& desc);
+  uint32_t add_lamp(const SppmLightDesc& desc);
+  void set_camera(const SppmCameraDesc& desc);  // at any time
+  void set_camera_motion(std::span<const SppmCameraDesc> keys);  // over the shutter
   void commit(const Threads& threads);
   bool committed() const { return committed_; }
 
@@ -58,6 +64,11 @@ class Scene {
   void move_instance(uint32_t id, const float transform[12]);  // throws Error unless it was added `movable`
   void set_lamp(uint32_t id, const SppmLightDesc& desc);
   void update(const Threads& threads);
+
+  // True if anything moves while the shutter is open. Then sessions take turns: each holds `turn` while it relies on the time it has set.
+  bool moves() const { return !moving_instances_.empty() || !moving_lamps_.empty() || !camera_keys_.empty(); }
+  void set_time(double time, const Threads& threads);  // 0 where the shutter opens, 1 where it closes
+  std::mutex turn;
 
   std::optional<SurfacePoint> intersect(const Ray& ray) const;
   // What is left of light along the ray: 1 where nothing stands in its way, 0 behind anything opaque. Adds the rays traced.
@@ -94,6 +105,18 @@ class Scene {
     std::vector<uint32_t> light_triangles;  // triangle -> index in that set, kNone where it does not emit
     std::vector<Caster> casters;            // of what can move, in its shape's space
   };
+  struct MovingInstance {
+    uint32_t index;
+    Motion motion;
+  };
+  struct MovingLamp {
+    uint32_t id;
+    SppmLightDesc lamp;
+    Motion motion;
+  };
+  void add_motion(uint32_t instance, const SppmInstanceDesc& desc, const std::string& where);
+  static std::optional<MovingLamp> moving_lamp(const SppmLightDesc& desc);  // throws Error; its id is not known yet
+  void move(uint32_t index, const Affine& place);
   void settle(Instance& instance);
   Placement placement(const Instance& i) const { return {meshes_[i.mesh].get(), i.transform, i.identity, i.movable}; }
   void collect_emitters(Instance& instance);
@@ -107,6 +130,11 @@ class Scene {
   std::vector<Instance> instances_;
   Accel accel_;
   std::vector<Caster> still_casters_;
+  std::vector<MovingInstance> moving_instances_;
+  std::vector<MovingLamp> moving_lamps_;
+  std::vector<SppmCameraDesc> camera_keys_;  // empty while it stands still
+  Motion camera_motion_;
+  Bounds lit_bounds_;                      // that lights were committed with
   std::vector<uint32_t> moved_instances_;  // since the last update
   bool lamps_changed_ = false;
   uint64_t triangle_count_ = 0;

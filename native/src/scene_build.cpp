@@ -1,4 +1,4 @@
-// Putting a scene together, and moving what is in it: the ray tracer, the lights and the targets follow from instances and lamps.
+// Putting a scene together: the ray tracer, the lights and the targets follow from instances and lamps.
 #include <algorithm>
 #include <iterator>
 
@@ -29,16 +29,7 @@ Bounds transformed(const Bounds& b, const Affine& transform) {
   return result;
 }
 
-Affine checked_transform(const float* m, const std::string& where) {
-  Affine transform;
-  for (size_t i = 0; i < transform.m.size(); ++i) require(std::isfinite(m[i]), where + "transform must be finite");
-  std::copy(m, m + transform.m.size(), transform.m.begin());
-  return transform;
-}
-
 }  // namespace
-
-// ------------------------------------------------------------ putting together
 
 uint32_t Scene::add_mesh(const SppmMeshDesc& desc) {
   meshes_.push_back(std::make_unique<Mesh>(desc));
@@ -52,20 +43,17 @@ uint32_t Scene::add_instance(const SppmInstanceDesc& desc) {
           where + "material_count must be at least " + std::to_string(meshes_[desc.mesh - 1]->slot_count));
   Instance instance;
   instance.mesh = instance.shape = desc.mesh - 1;
-  instance.placed = checked_transform(desc.transform, where);
-  instance.movable = desc.movable != 0;
+  for (const float m : desc.transform) require(std::isfinite(m), where + "transform must be finite");
+  std::copy(desc.transform, desc.transform + 12, instance.placed.m.begin());
+  instance.movable = desc.movable != 0 || desc.motion_count > 0;
   for (uint32_t i = 0; i < desc.material_count; ++i) {
     require(desc.materials[i] >= 1 && desc.materials[i] <= materials.count(),
             where + "material " + std::to_string(desc.materials[i]) + " is not of this scene");
     instance.materials.push_back(desc.materials[i]);
   }
+  add_motion(static_cast<uint32_t>(instances_.size()), desc, where);
   instances_.push_back(std::move(instance));
   return static_cast<uint32_t>(instances_.size());
-}
-
-void Scene::set_camera(const SppmCameraDesc& desc) {
-  camera = Camera(desc);
-  has_camera_ = true;
 }
 
 void Scene::commit(const Threads& threads) {
@@ -171,36 +159,8 @@ void Scene::commit_lights() {
     for (const Caster& c : i.casters) casters.push_back({transformed(c.bounds, i.placed), c.strength});
   Targets targets;
   targets.build(std::move(casters));
-  lights.commit(accel_.bounds(), std::move(targets));
-}
-
-// ------------------------------------------------------------ moving
-
-void Scene::move_instance(uint32_t id, const float transform[12]) {
-  require(id >= 1 && id <= instances_.size(), "instance " + std::to_string(id) + " is not of this scene");
-  Instance& instance = instances_[id - 1];
-  require(instance.movable, "instance " + std::to_string(id) + " was added without `movable`");
-  instance.placed = checked_transform(transform, "instance " + std::to_string(id) + ": ");
-  moved_instances_.push_back(id - 1);
-}
-
-void Scene::set_lamp(uint32_t id, const SppmLightDesc& desc) {
-  lights.set_lamp(id, desc);
-  lamps_changed_ = true;
-}
-
-void Scene::update(const Threads& threads) {
-  for (const uint32_t i : moved_instances_) {
-    settle(instances_[i]);
-    collect_emitters(instances_[i]);
-  }
-  threads.for_each(1, [&](uint64_t) {
-    for (const uint32_t i : moved_instances_) accel_.place(i, placement(instances_[i]));
-    if (!moved_instances_.empty()) accel_.commit();
-  });
-  if (!moved_instances_.empty() || lamps_changed_) commit_lights();
-  moved_instances_.clear();
-  lamps_changed_ = false;
+  lit_bounds_ = accel_.bounds();
+  lights.commit(lit_bounds_, std::move(targets));
 }
 
 }  // namespace sppm

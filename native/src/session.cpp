@@ -48,7 +48,7 @@ const char* kPassNames[SPPM_PASS_COUNT] = {"Combined", "Depth", "Normal", "Direc
 
 }  // namespace
 
-Session::Session(std::shared_ptr<const Scene> scene, const SppmSettings& settings)
+Session::Session(std::shared_ptr<Scene> scene, const SppmSettings& settings)
     : scene_(std::move(scene)),
       width_(scene_->camera.region_width),
       height_(scene_->camera.region_height),
@@ -108,6 +108,7 @@ void Session::plan_budget(const RayCounts& camera, std::span<const PhotonBatch> 
 }
 
 void Session::iterate(SppmProgress& done) {
+  if (scene_->moves()) scene_->set_time(pass_time(settings_.seed, iteration_), threads_);
   RayCounts camera;
   {
     const Stopwatch watch(done.seconds_camera);
@@ -173,6 +174,8 @@ void Session::check_camera() const {
 }
 
 void Session::step() {
+  std::unique_lock<std::mutex> turn;
+  if (scene_->moves()) turn = std::unique_lock(scene_->turn);
   check_camera();
   const bool undecided = indirect_ == SPPM_INDIRECT_AUTO;
   timed([&](SppmProgress& done) {

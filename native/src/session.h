@@ -14,7 +14,7 @@ namespace sppm {
 
 class Session {
  public:
-  Session(std::shared_ptr<const Scene> scene, const SppmSettings& settings);  // throws Error
+  Session(std::shared_ptr<Scene> scene, const SppmSettings& settings);  // throws Error
 
   // One iteration; throws Error(SPPM_CANCELLED) and leaves all sums alone if cancelled.
   void step();
@@ -36,7 +36,7 @@ class Session {
   uint64_t pixels() const { return width_ * height_; }
   uint64_t memory() const;
 
-  std::shared_ptr<const Scene> scene_;
+  std::shared_ptr<Scene> scene_;  // of which nothing but the time changes here
   uint64_t width_, height_;
   SppmSettings settings_;
   std::string snapshot_path_;

@@ -100,6 +100,7 @@ struct Bounds {
   Vec3 lo = splat(kInfinity), hi = splat(-kInfinity);
 
   bool empty() const { return lo.x > hi.x; }
+  constexpr bool operator==(const Bounds& b) const { return lo == b.lo && hi == b.hi; }
   void add(Vec3 p) { lo = min(lo, p), hi = max(hi, p); }
   void add(const Bounds& b) { lo = min(lo, b.lo), hi = max(hi, b.hi); }
   Vec3 center() const { return (lo + hi) * 0.5f; }

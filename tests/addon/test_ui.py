@@ -8,10 +8,10 @@ import bpy
 import in_window
 import make_scenes
 import pytest
-from sppm import statistics, ui, ui_report, ui_shared
+from sppm import statistics, ui, ui_motion, ui_report, ui_shared
 from sppm.properties import DERIVED, QUALITIES, SppmSettings, SppmViewLayerSettings
 
-PANELS = [cls for module in (ui, ui_report, ui_shared) for cls in vars(module).values()
+PANELS = [cls for module in (ui, ui_motion, ui_report, ui_shared) for cls in vars(module).values()
           if isinstance(cls, type) and issubclass(cls, bpy.types.Panel) and cls is not ui.SPPM_PT_presets]
 ROOT = Path(__file__).resolve().parents[2]
 SHARED = ["RENDER_PT_color_management", "RENDER_PT_format", "RENDER_PT_frame_range", "RENDER_PT_output", "RENDER_PT_stamp",

@@ -138,6 +138,8 @@ TEST_CASE("null pointers are refused by every function") {
   refused(sppm_scene_add_light(f.scene, &li, nullptr), bad, "sppm_scene_add_light", "id");
   refused(sppm_scene_set_world(f.scene, nullptr), bad, "sppm_scene_set_world", "desc");
   refused(sppm_scene_set_camera(f.scene, nullptr), bad, "sppm_scene_set_camera", "desc");
+  refused(sppm_scene_set_camera_motion(f.scene, nullptr, 2), bad, "sppm_scene_set_camera_motion", "desc");
+  refused(sppm_scene_set_camera_motion(f.scene, nullptr, 0), bad, "sppm_scene_set_camera_motion", "key");
   refused(sppm_scene_commit(nullptr, 1), bad, "sppm_scene_commit", "scene");
   refused(sppm_scene_info(f.scene, nullptr), bad, "sppm_scene_info", "null");
   refused(sppm_scene_move_instance(nullptr, 1, nullptr), bad, "sppm_scene_move_instance", "scene");
@@ -213,6 +215,8 @@ TEST_CASE("fields out of range are named") {
   refused(sppm_scene_add_instance(f.scene, &in, &id), SPPM_INVALID_ARGUMENT, "sppm_scene_add_instance", "mesh 5");
   in = f.instance(), in.material_count = 0;
   refused(sppm_scene_add_instance(f.scene, &in, &id), SPPM_INVALID_ARGUMENT, "sppm_scene_add_instance", "material_count");
+  in = f.instance(), in.motion_count = 2;
+  refused(sppm_scene_add_instance(f.scene, &in, &id), SPPM_INVALID_ARGUMENT, "sppm_scene_add_instance", "motion");
   in = f.instance(), in.transform[3] = kNan;
   refused(sppm_scene_add_instance(f.scene, &in, &id), SPPM_INVALID_ARGUMENT, "sppm_scene_add_instance", "transform");
 

@@ -170,9 +170,18 @@ void FuzzScene::add_instance() {
   d.mesh = 1 + chance_.below(meshes_), d.material_count = kSlots, d.materials = materials.data();
   transform(d.transform, false);
   if (chance_.one_in(2)) std::fill(d.transform, d.transform + 12, 0.0f), d.transform[0] = d.transform[5] = d.transform[10] = 1;
-  if (scramble()) chance_.scramble(d, &SppmInstanceDesc::material_count, &SppmInstanceDesc::materials, &SppmInstanceDesc::name);
+  if (scramble()) chance_.scramble(d, &SppmInstanceDesc::material_count, &SppmInstanceDesc::materials, &SppmInstanceDesc::name,
+                                      &SppmInstanceDesc::motion_count, &SppmInstanceDesc::motion);
   if (scramble()) chance_.scramble_element(materials);
   d.movable = chance_.below(2);
+  std::vector<float> motion(12 * static_cast<size_t>(chance_.one_in(3) ? chance_.below(4) : 0));
+  for (size_t key = 0; key < motion.size(); key += 12) {
+    float m[12];
+    transform(m, false);
+    std::copy(m, m + 12, motion.begin() + static_cast<std::ptrdiff_t>(key));
+  }
+  if (scramble() && !motion.empty()) chance_.scramble_element(motion);
+  d.motion_count = static_cast<uint32_t>(motion.size() / 12), d.motion = motion.data();
   uint32_t id = 0;
   if (accept(sppm_scene_add_instance(scene_, &d, &id)) && d.movable) movable_.push_back(id);
 }
@@ -195,7 +204,7 @@ void FuzzScene::add_light() {
   d.radius = chance_.one_in(2) ? 0 : length();
   d.angle = chance_.any_of({1e-3f, 0.01f, 0.5f, 3.1f}), d.blend = chance_.from_to(0, 1);
   d.size_x = chance_.one_in(5) ? 0 : length(), d.size_y = length();
-  if (scramble()) chance_.scramble(d, &SppmLightDesc::name);
+  if (scramble()) chance_.scramble(d, &SppmLightDesc::name, &SppmLightDesc::motion_count, &SppmLightDesc::motion);
   uint32_t id = 0;
   accept(sppm_scene_add_light(scene_, &d, &id));
 }

@@ -1,7 +1,8 @@
-// What is moved in a committed scene renders, to the bits, as a scene that was built so.
+// What is moved in a committed scene, or moves while the shutter is open, renders, to the bits, as a scene that was built so.
 #include <doctest/doctest.h>
 
 #include <array>
+#include <thread>
 
 #include "scene.h"
 #include "session.h"
@@ -40,11 +41,13 @@ uint32_t add_box(Scene& scene, float half) {
   return scene.add_mesh(d);
 }
 
-uint32_t add_instance(Scene& scene, uint32_t mesh, uint32_t material, const Affine& transform, bool movable) {
+uint32_t add_instance(Scene& scene, uint32_t mesh, uint32_t material, const Affine& transform, bool movable,
+                      const std::vector<float>& way = {}) {
   SppmInstanceDesc i{};
   i.struct_size = sizeof i;
   i.mesh = mesh, i.material_count = 1, i.materials = &material, i.movable = movable;
   std::copy(transform.m.begin(), transform.m.end(), i.transform);
+  i.motion = way.data(), i.motion_count = static_cast<uint32_t>(way.size() / 12);
   return scene.add_instance(i);
 }
 
@@ -63,6 +66,19 @@ struct Places {
 };
 
 const Places kStart{place({0.3f, -0.4f, -0.2f}), place({-0.5f, 0.2f, -0.5f}), place({0.4f, 0.5f, 0.3f}), {-0.2f, 0.7f, 0.1f}};
+
+// The way from one set of places to another, of those that move.
+struct Ways {
+  std::vector<float> glass, glow, lamp;
+  Ways(const Places& from, const Places& to) {
+    for (const Places* p : {&from, &to}) {
+      glass.insert(glass.end(), p->glass.m.begin(), p->glass.m.end());
+      glow.insert(glow.end(), p->glow.m.begin(), p->glow.m.end());
+      const float at[12] = {1, 0, 0, p->lamp.x, 0, 1, 0, p->lamp.y, 0, 0, 1, p->lamp.z};
+      lamp.insert(lamp.end(), at, at + 12);
+    }
+  }
+};
 
 SppmLightDesc lamp(const Places& p) {
   SppmLightDesc d{};
@@ -86,7 +102,9 @@ struct Ids {
   uint32_t glass, block, glow, lamp, walls;
 };
 
-std::shared_ptr<Scene> build(const Places& p, Ids& ids) {
+std::shared_ptr<Scene> build(const Places& p, Ids& ids, const Places* end = nullptr) {
+  const std::optional<Ways> ways = end ? std::optional(Ways(p, *end)) : std::nullopt;
+  const auto way = [&](std::vector<float> Ways::*of) { return ways ? *ways.*of : std::vector<float>{}; };
   auto scene = std::make_shared<Scene>();
   const auto material = [&](SppmClosureType type, float color) {
     const SppmClosureDesc c = closure(type, color);
@@ -95,12 +113,16 @@ std::shared_ptr<Scene> build(const Places& p, Ids& ids) {
   const uint32_t white = material(SPPM_DIFFUSE, 0.6f), clear = material(SPPM_DIELECTRIC, 1), bright = material(SPPM_EMISSION, 2);
   const uint32_t small = add_box(*scene, 0.2f);
   ids.walls = add_instance(*scene, add_box(*scene, 1), white, {}, false);
-  ids.glass = add_instance(*scene, add_box(*scene, 0.3f), clear, p.glass, true);
+  ids.glass = add_instance(*scene, add_box(*scene, 0.3f), clear, p.glass, true, way(&Ways::glass));
   ids.block = add_instance(*scene, small, white, p.block, true);
   add_instance(*scene, small, white, place({0.7f, 0.7f, -0.8f}), false);
-  ids.glow = add_instance(*scene, add_box(*scene, 0.1f), bright, p.glow, true);
-  ids.lamp = scene->lights.add_lamp(lamp(p));
+  ids.glow = add_instance(*scene, add_box(*scene, 0.1f), bright, p.glow, true, way(&Ways::glow));
+  SppmLightDesc shining = lamp(p);
+  const std::vector<float> lamp_way = way(&Ways::lamp);
+  shining.motion = lamp_way.data(), shining.motion_count = static_cast<uint32_t>(lamp_way.size() / 12);
+  ids.lamp = scene->add_lamp(shining);
   scene->set_camera(camera(p));
+  if (end) scene->set_camera_motion(std::vector{camera(p), camera(*end)});
   scene->commit(Threads(2));
   return scene;
 }
@@ -114,10 +136,10 @@ void move(Scene& scene, const Ids& ids, const Places& p) {
   scene.update(Threads(2));
 }
 
-std::vector<std::vector<float>> render(const std::shared_ptr<Scene>& scene) {
+std::vector<std::vector<float>> render(const std::shared_ptr<Scene>& scene, uint64_t iterations = 2, uint32_t threads = 2) {
   SppmSettings s{};
   s.struct_size = sizeof s;
-  s.iterations = 2, s.max_depth = 12, s.filter_width = 1.5, s.gamma = 0.8, s.threads = 2, s.photons_per_iteration = 4000;
+  s.iterations = iterations, s.max_depth = 12, s.filter_width = 1.5, s.gamma = 0.8, s.threads = threads, s.photons_per_iteration = 4000;
   s.passes = (1u << SPPM_PASS_COUNT) - 1, s.radius_rule = SPPM_RADIUS_DENSITY, s.aim_photons = 1;
   Session session(scene, s);
   for (uint64_t i = 0; i < s.iterations; ++i) session.step();
@@ -200,4 +222,59 @@ TEST_CASE("a session's picture keeps its size") {
   CHECK_THROWS_AS(session.step(), Error);
   scene->set_camera(camera(kStart));
   CHECK_NOTHROW(session.step());
+}
+
+TEST_CASE("each pass of a moving scene shows it as it is at the time of the pass") {
+  Places end = kStart;
+  end.glass = place({-0.3f, 0.3f, -0.4f}, {1.2f, 1, 1}), end.glow = place({-0.6f, -0.5f, 0.2f}), end.lamp = {0.5f, 0.5f, 0.5f};
+  end.camera = 0.6f;
+  Ids ids{};
+  const auto moving = build(kStart, ids, &end);
+  CHECK(moving->moves());
+  const double time = pass_time(0, 0);
+  const auto share = static_cast<float>(time);
+  Places then = kStart;
+  then.glass = Motion(std::vector{kStart.glass, end.glass}).at(time), then.glow = Motion(std::vector{kStart.glow, end.glow}).at(time);
+  then.lamp = lerp(kStart.lamp, end.lamp, share), then.camera = kStart.camera + (end.camera - kStart.camera) * share;
+  const auto still = build(then, ids);
+  CHECK_FALSE(still->moves());
+  const auto moved = render(moving, 1), built = render(still, 1);
+  for (size_t pass = 0; pass < moved.size(); ++pass) {
+    double difference = 0;  // the lamp's and the camera's places differ by roundings
+    for (size_t i = 0; i < moved[pass].size(); ++i) difference += std::abs(static_cast<double>(moved[pass][i] - built[pass][i]));
+    CAPTURE(pass);
+    CHECK(difference / static_cast<double>(moved[pass].size()) < 1e-3);
+  }
+  CHECK(render(moving, 4) != render(still, 4));
+}
+
+TEST_CASE("a moving scene renders the same for any number of threads, and again, and in turns") {
+  Places end = kStart;
+  end.glass = place({-0.3f, 0.3f, -0.4f}), end.camera = 0.6f;
+  Ids ids{};
+  const auto scene = build(kStart, ids, &end);
+  const auto once = render(scene, 3, 1);
+  CHECK(render(scene, 3, 3) == once);
+  std::vector<std::vector<float>> other;
+  std::thread beside([&] { other = render(scene, 3, 1); });
+  CHECK(render(scene, 3, 1) == once);
+  beside.join();
+  CHECK(other == once);
+}
+
+TEST_CASE("motions are checked, and a place given from outside ends them") {
+  Ids ids{};
+  Places end = kStart;
+  end.glass = place({-0.3f, 0.3f, -0.4f});
+  const auto scene = build(kStart, ids, &end);
+  const SppmCameraDesc keys[] = {camera(kStart), [] { auto d = camera(kStart); return d.width = 3, d; }()};
+  CHECK_THROWS_WITH_AS(scene->set_camera_motion(keys), doctest::Contains("size"), Error);
+  CHECK_THROWS_AS(scene->set_camera_motion({}), Error);
+  SppmLightDesc wrong = lamp(kStart);
+  wrong.motion_count = 1;
+  CHECK_THROWS_WITH_AS(scene->set_lamp(ids.lamp, wrong), doctest::Contains("motion is null"), Error);
+  for (const uint32_t id : {ids.glass, ids.glow}) scene->move_instance(id, kStart.glass.m.data());
+  scene->set_lamp(ids.lamp, lamp(kStart));
+  scene->set_camera(camera(kStart));
+  CHECK_FALSE(scene->moves());
 }

@@ -32,7 +32,7 @@ extern "C" {
 #endif
 
 /* Raised whenever a caller built for another header could misread a struct. Compare with sppm_abi_version() at load. */
-#define SPPM_ABI_VERSION 3
+#define SPPM_ABI_VERSION 4
 
 typedef enum SppmStatus {
   SPPM_OK = 0,
@@ -168,6 +168,8 @@ typedef struct SppmInstanceDesc {
   float transform[12];       /* may squeeze the mesh flat */
   const char *name;
   uint32_t movable;          /* sppm_scene_move_instance may be called for it; its rays take a little longer */
+  uint32_t motion_count;     /* > 0: it moves while the shutter is open, */
+  const float *motion;       /* (motion_count, 12): from place to place, evenly spaced in time from its opening to its closing */
 } SppmInstanceDesc;
 
 typedef enum SppmLightType {
@@ -195,6 +197,8 @@ typedef struct SppmLightDesc {
   float blend;          /* SPOT: 0 hard to 1 soft edge: smoothstep of (cos t - cos h) / ((1 - cos h) blend), h half the cone */
   float size_x, size_y; /* metres */
   const char *name;
+  uint32_t motion_count; /* as of SppmInstanceDesc */
+  const float *motion;
 } SppmLightDesc;
 
 typedef struct SppmWorldDesc {
@@ -231,6 +235,12 @@ SPPM_API SppmStatus sppm_scene_add_light(SppmScene *scene, const SppmLightDesc *
 SPPM_API SppmStatus sppm_scene_set_world(SppmScene *scene, const SppmWorldDesc *desc);
 /* Legal after sppm_scene_commit too, at once and without sppm_scene_update; a session's picture must keep its size. */
 SPPM_API SppmStatus sppm_scene_set_camera(SppmScene *scene, const SppmCameraDesc *desc);
+/* A camera that moves while the shutter is open: `count` cameras evenly spaced in time, alike in projection, size and region.
+ *
+ * Where anything moves, each iteration of a session renders the scene as it is at one time, and the times of all fill the shutter evenly;
+ * they depend on the seed and on the iteration alone. What lies between two places is interpolated as translation, rotation and
+ * stretch. Sessions of such a scene wait for each other. */
+SPPM_API SppmStatus sppm_scene_set_camera_motion(SppmScene *scene, const SppmCameraDesc *keys, uint32_t count);
 /* Builds BVH and light distribution with up to `threads` threads (0: all cores). Afterwards only what stands below may change. A scene
  * without geometry, lights or world is legal; one without a camera is not. */
 SPPM_API SppmStatus sppm_scene_commit(SppmScene *scene, uint32_t threads);
