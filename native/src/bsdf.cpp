@@ -224,7 +224,8 @@ std::optional<BsdfSample> sample_about_normal(const Lobe& lobe, const ShadingPoi
   const Vec3 given = at.frame.to_local(given_world);
   const float side = given.z > 0 ? 1.0f : -1.0f;
   const bool photon = transport == Transport::kPhoton;
-  BsdfSample result;
+  std::optional<BsdfSample> drawn(std::in_place);
+  BsdfSample& result = *drawn;
   Vec3 local;
   if (lobe.diffuse()) {
     local = sample_cosine_hemisphere({u[0], u[1]}) * side;
@@ -263,7 +264,7 @@ std::optional<BsdfSample> sample_about_normal(const Lobe& lobe, const ShadingPoi
     result.weight = f * (std::abs(local.z) / result.pdf_solid_angle);
   }
   if (photon) result.weight *= adjoint_correction(at, given_world, result.direction);
-  return result;
+  return drawn;
 }
 
 }  // namespace

@@ -5,6 +5,10 @@
 namespace sppm {
 namespace {
 
+// The plane of a needle, whose edges are nearly parallel, is known worse by the ratio of their product to its area; beyond the last
+// ratio it is not known at all.
+constexpr float kNeedleUlps = 2 * 0x1p-23f, kLargestNeedle = 1e4f;
+
 using Triples = std::vector<std::array<uint32_t, 3>>;
 
 Triples copy_triples(const uint32_t* data, uint64_t count, uint64_t limit, const std::string& what) {
@@ -39,6 +43,17 @@ double area_of(const std::array<Vec3, 3>& p) {
   return std::isfinite(static_cast<float>(area)) ? area : 0;
 }
 
+Plane plane_of(const std::array<Vec3, 3>& v) {
+  const Vec3 e1 = v[1] - v[0], e2 = v[2] - v[0];
+  // In units of the longer edge: products of very long or very short ones leave the range of floats.
+  const float size = max_component(max(abs(e1), abs(e2)));
+  const Vec3 a = e1 / size, b = e2 / size, normal = cross(a, b);
+  const float l = length(normal), flat = clearance(0, e1, e2);
+  if (!(l > 0)) return {{}, flat};
+  const float needle = std::min(std::sqrt(length_squared(a) * length_squared(b)) / l, kLargestNeedle);
+  return {normal / l, flat + kNeedleUlps * size * needle};
+}
+
 Mesh::Mesh(const SppmMeshDesc& desc) : name(desc.name ? desc.name : "") {
   const std::string where = "mesh '" + name + "': ";
   constexpr uint64_t kLimit = uint64_t{1} << 31;
@@ -58,6 +73,7 @@ Mesh::Mesh(const SppmMeshDesc& desc) : name(desc.name ? desc.name : "") {
     corners = copy_triples(desc.corners, desc.triangle_count, desc.corner_count, where + "corners");
   }
   if (desc.corner_normals) {
+    smooth = true;
     normals.resize(desc.corner_count);
     for (uint64_t i = 0; i < desc.corner_count; ++i) normals[i] = pack_safely(desc.corner_normals + 3 * i);
   }
@@ -92,8 +108,24 @@ void Mesh::transform(const Affine& to_world) {
   }
 }
 
+void Mesh::make_facets(const Threads& threads) {
+  facets.resize(indices.size());
+  threads.for_blocks(facets.size(), 1 << 14, [&](uint64_t begin, uint64_t end) {
+    for (uint64_t t = begin; t < end; ++t) {
+      Facet& facet = facets[t];
+      for (size_t k = 0; k < 3; ++k) {
+        facet.p[k] = positions[indices[t][k]];
+        if (smooth) facet.normals[k] = normals[corners[t][k]];
+      }
+      facet.plane = plane_of(facet.p);
+    }
+  });
+  normals = {};
+  if (uvs.empty() && colors.empty()) corners = {};
+}
+
 uint64_t Mesh::memory() const {
-  return positions.size() * sizeof(Vec3) + (indices.size() + corners.size()) * 12 + normals.size() * 4 + uvs.size() * 8 +
+  return facets.size() * sizeof(Facet) + positions.size() * sizeof(Vec3) + (indices.size() + corners.size()) * 12 + normals.size() * 4 + uvs.size() * 8 +
          colors.size() * 12 + slots.size() * 2;
 }
 

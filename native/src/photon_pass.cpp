@@ -52,7 +52,7 @@ class PhotonPath {
         ray = surface->spawn_at_border(wi, ray.direction);
         continue;
       }
-      const Lobe& lobe = bsdf.lobes[chosen];
+      const Lobe& lobe = bsdf[chosen];
       const auto next = sample(lobe, bsdf.at, wi, {w[0], w[1], w[2]}, Transport::kPhoton);
       if (!next) return;
       const Vec3 scattered = beta * next->weight * (share(lobe) / choice.probability[static_cast<size_t>(chosen)]);
