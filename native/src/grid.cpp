@@ -11,7 +11,7 @@ int bits_for(uint64_t count, int least) {
   return bits;
 }
 
-constexpr int kBucketBits = 9;
+constexpr int kBucketBits = 9, kFewestSlotBits = kBucketBits + 6;  // a bucket holds whole blocks
 constexpr uint64_t kChunk = 1 << 16;
 
 }  // namespace
@@ -43,7 +43,7 @@ void Occupancy::mark(Vec3 p, float radius) {
 void Grid::build(std::span<const CellKey> keys, const Threads& threads) {
   const uint64_t n = keys.size();
   if (n >> 32) throw Error(SPPM_OUT_OF_MEMORY, "more than 2^32 photons to store in an iteration: lower photons_per_iteration");
-  const int slot_bits = bits_for(n, kBucketBits);
+  const int slot_bits = bits_for(n, kFewestSlotBits);
   shift_ = 64 - slot_bits;
   const uint64_t buckets = uint64_t{1} << kBucketBits, slots_per_bucket = uint64_t{1} << (slot_bits - kBucketBits);
   const uint64_t chunks = (n + kChunk - 1) / kChunk;
@@ -73,7 +73,7 @@ void Grid::build(std::span<const CellKey> keys, const Threads& threads) {
   threads.for_each(buckets, [&](uint64_t b) {
     const uint32_t begin = bucket_start[b], end = bucket_start[b + 1];
     std::vector<uint32_t> next(slots_per_bucket + 1, 0);
-    const auto local_slot = [&](uint32_t element) { return (keys[element] >> shift_) & (slots_per_bucket - 1); };
+    const auto local_slot = [&](uint32_t element) { return slot(keys[element]) & (slots_per_bucket - 1); };
     for (uint32_t i = begin; i < end; ++i) ++next[local_slot(bucketed_[i]) + 1];
     next[0] = begin;
     for (uint64_t s = 0; s < slots_per_bucket; ++s) {

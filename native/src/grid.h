@@ -2,7 +2,8 @@
 //
 // Radii differ by orders of magnitude over a picture, so cells come in levels, each twice as wide as the one before, and a query
 // of radius r looks only at the level whose cells are 2.5 to 5 r wide: it meets at most 8 of them. Points are stored at each level
-// at which some query announced that it will look there (Occupancy). Cells are hashed; the stored tag tells aliases apart.
+// at which some query announced that it will look there (Occupancy). Blocks of 4 x 4 x 4 cells are hashed, so that what is near in space
+// is near in memory; the stored tag tells aliases apart.
 #pragma once
 
 #include <atomic>
@@ -16,7 +17,8 @@
 
 namespace sppm {
 
-// A cell of a level, hashed to 64 bits: the high bits choose a slot, the low ones are the tag.
+// A cell of a level in 64 bits: the hash of its block, whose high bits choose where it is kept, and in the lowest 6 bits the cell's place
+// in the block, x fastest.
 using CellKey = uint64_t;
 
 inline constexpr int kLevelBias = 64, kLevels = 128;
@@ -30,9 +32,14 @@ inline int grid_level(float radius) {
 
 inline float cell_width(int level) { return std::ldexp(1.0f, level - kLevelBias); }
 
+inline constexpr uint64_t kCellsInBlock = 64;
+
 inline CellKey cell_key(int64_t x, int64_t y, int64_t z, int level) {
-  return hash64(hash64(static_cast<uint64_t>(x) * 0x9e3779b97f4a7c15u + static_cast<uint64_t>(y)) +
-                static_cast<uint64_t>(z) * kLevels + static_cast<uint64_t>(level));
+  const auto u = [](int64_t i) { return static_cast<uint64_t>(i); };
+  // Odd factors, as in the seeds of `Sampler`.
+  const uint64_t block = hash64(u(x >> 2) * 0xd1342543de82ef95u + u(y >> 2) * 0xaf251af3b0f025b5u + u(z >> 2) * 0xb564ef22ec7aece5u +
+                                u(level) * 0xf7c2ebc08f67f2b5u);
+  return (block & ~(kCellsInBlock - 1)) | u(z & 3) << 4 | u(y & 3) << 2 | u(x & 3);
 }
 
 inline int64_t cell_index(float x, float inverse_width) { return static_cast<int64_t>(std::floor(x * inverse_width)); }
@@ -87,17 +94,19 @@ class Grid {
   std::span<const uint32_t> order() const { return order_; }
   // Range of the sorted order that holds the cell, and perhaps others: compare tags.
   std::pair<uint32_t, uint32_t> range(CellKey key) const {
-    const size_t slot = key >> shift_;
-    return {starts_[slot], starts_[slot + 1]};
+    const size_t i = slot(key);
+    return {starts_[i], starts_[i + 1]};
   }
   bool empty() const { return order_.empty(); }
   uint64_t memory() const { return (order_.capacity() + bucketed_.capacity() + starts_.capacity()) * 4; }
 
  private:
+  size_t slot(CellKey key) const { return (key >> shift_ & ~(kCellsInBlock - 1)) | (key & (kCellsInBlock - 1)); }
+
   std::vector<uint32_t> order_, bucketed_, starts_;
   int shift_ = 63;
 };
 
-inline uint32_t cell_tag(CellKey key) { return static_cast<uint32_t>(key); }
+inline uint32_t cell_tag(CellKey key) { return static_cast<uint32_t>(key / kCellsInBlock); }
 
 }  // namespace sppm
