@@ -223,7 +223,7 @@ std::optional<BsdfSample> sample_about_normal(const Lobe& lobe, const ShadingPoi
   if (!consistent(at, given_world)) return std::nullopt;
   const Vec3 given = at.frame.to_local(given_world);
   const float side = given.z > 0 ? 1.0f : -1.0f;
-  const bool photon = transport == Transport::kPhoton;
+  const bool photon = transport == Transport::kPhoton, lambert = lobe.type == LobeType::kDiffuse;
   std::optional<BsdfSample> drawn(std::in_place);
   BsdfSample& result = *drawn;
   Vec3 local;
@@ -257,6 +257,9 @@ std::optional<BsdfSample> sample_about_normal(const Lobe& lobe, const ShadingPoi
   if (!consistent(at, result.direction)) return std::nullopt;
   if (result.smooth) {
     result.weight *= under_cover(lobe, photon ? local : given);
+  } else if (lambert) {  // drawn in proportion to what it scatters
+    result.pdf_solid_angle = std::abs(local.z) * kInvPi;
+    result.weight = lobe.weight * lobe.color * under_cover(lobe, photon ? local : given);
   } else {
     result.pdf_solid_angle = lobe_pdf(lobe, given, local);
     if (!(result.pdf_solid_angle > 0)) return std::nullopt;
