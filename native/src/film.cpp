@@ -3,12 +3,12 @@
 #include <numbers>
 #include <numeric>
 
+#include "gatherer.h"
+
 namespace sppm {
 namespace {
 
 constexpr uint64_t kGrain = 1024;
-// Neighbouring photons belong to the same surface if its normal has turned by less than 45 degrees.
-constexpr float kSameSurface = 0.7f;
 // Positions carry about 24 bits; a search radius below a few of the last ones would select by rounding.
 constexpr float kSmallestRadiusUlps = 32 * 0x1p-23f;
 
@@ -36,52 +36,6 @@ void spread_least(std::vector<float>& values, uint64_t width, uint64_t height, f
       }
   }
 }
-
-// Sums beta f over the photons within the radius of one visible point.
-class Gatherer {
- public:
-  Gatherer(const VisiblePoint& vp, const Lobe* lobe)
-      : vp_(vp), lobe_(lobe), wo_(unpack_direction(vp.wo)),
-        at_{unpack_direction(vp.ng), Frame(unpack_direction(vp.ns))}, flat_(vp.ng == vp.ns) {}
-
-  void add(const Photon& photon) {
-    if (photon.ng != vp_.ng && dot(unpack_direction(photon.ng), at_.ng) < kSameSurface) return;
-    Vec3 value = photon.power;
-    if (!flat_ || lobe_) {
-      const Vec3 n = unpack_direction(photon.ng), wi = unpack_direction(photon.wi);
-      const float shading = dot(wi, at_.frame.n), geometric = dot(wi, n);
-      if (shading <= 0 || geometric <= 0) return;
-      // Photons measure flux through the geometric surface; f goes with the shading normal's cosine (Veach 5.3).
-      value *= shading / geometric;
-      if (lobe_) value *= evaluate(*lobe_, at_, wo_, wi);
-    }
-    const float worth = dot(value, vp_.weight);
-    if (!(worth > 0 && worth < kInfinity)) {  // what adds nothing does not shrink the radius
-      dropped_ += worth != 0;
-      return;
-    }
-    sum_ += value;
-    ++count_;
-  }
-
-  // Of what only colours above white make so bright that the sum is no float any more nothing is kept.
-  Vec3 phi() const {
-    const Vec3 phi = sum_ * vp_.weight;
-    return is_finite(phi) ? phi : Vec3{};
-  }
-  uint32_t count() const { return count_; }
-  uint64_t dropped() const { return dropped_ + !is_finite(sum_ * vp_.weight); }
-
- private:
-  const VisiblePoint& vp_;
-  const Lobe* lobe_;
-  Vec3 wo_;
-  ShadingPoint at_;
-  bool flat_;
-  Vec3 sum_;
-  uint32_t count_ = 0;
-  uint64_t dropped_ = 0;
-};
 
 }  // namespace
 
@@ -137,7 +91,7 @@ uint64_t Film::update(const CameraSamples& samples, const PhotonMaps& maps, cons
         if (rules.paths[kind] == 0) continue;
         PhotonEstimate& estimate = pixel.photons[kind];
         Gatherer gatherer(vp, lobe);
-        maps[kind].visit_within(vp.p, static_cast<float>(estimate.radius), [&](const Photon& photon) { gatherer.add(photon); });
+        maps[kind].visit_within(vp.p, static_cast<float>(estimate.radius), [&](const PhotonGroup& group, uint32_t lanes) { gatherer.add(group, lanes); });
         estimate.update(gatherer.count(), gatherer.phi(), rules.paths[kind], rules.radius, static_cast<double>(pixel.footprint),
                         smallest_radius(vp.p));
         dropped[tile] += gatherer.dropped();

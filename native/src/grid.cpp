@@ -33,10 +33,10 @@ void Occupancy::mark(Vec3 p, float radius) {
   const uint64_t bit = uint64_t{1} << (level & 63);
   auto& levels = levels_[level >> 6];
   if (!(levels.load(std::memory_order_relaxed) & bit)) levels.fetch_or(bit, std::memory_order_relaxed);
-  visit_cells(p, radius, [&](CellKey key) {
-    auto& word = bits_[key >> shift_];
-    const uint64_t mark = uint64_t{1} << (key & 63);
-    if (!(word.load(std::memory_order_relaxed) & mark)) word.fetch_or(mark, std::memory_order_relaxed);
+  visit_cell_runs(p, radius, [&](CellKey first, uint32_t more) {
+    auto& word = bits_[first >> shift_];
+    const uint64_t marks = ((uint64_t{2} << more) - 1) << (first % kCellsInBlock);
+    if (~word.load(std::memory_order_relaxed) & marks) word.fetch_or(marks, std::memory_order_relaxed);
   });
 }
 

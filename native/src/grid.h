@@ -7,6 +7,7 @@
 #pragma once
 
 #include <atomic>
+#include <bit>
 #include <memory>
 #include <span>
 #include <vector>
@@ -25,12 +26,13 @@ inline constexpr int kLevelBias = 64, kLevels = 128;
 
 // Level for queries of radius r: its cells are 2^(level - kLevelBias) metres wide.
 inline int grid_level(float radius) {
-  int exponent = 0;
-  std::frexp(2.5f * radius, &exponent);
+  // The exponent e of 2.5 r = m 2^e, with m in [1/2, 1).
+  const int exponent = static_cast<int>(std::bit_cast<uint32_t>(2.5f * radius) >> 23) - 126;
   return std::clamp(exponent + kLevelBias, 0, kLevels - 1);
 }
 
-inline float cell_width(int level) { return std::ldexp(1.0f, level - kLevelBias); }
+// 1 / width of a level's cells: a power of two, made of its exponent.
+inline float inverse_width(int level) { return std::bit_cast<float>(static_cast<uint32_t>(127 + kLevelBias - level) << 23); }
 
 inline constexpr uint64_t kCellsInBlock = 64;
 
@@ -45,20 +47,26 @@ inline CellKey cell_key(int64_t x, int64_t y, int64_t z, int level) {
 inline int64_t cell_index(float x, float inverse_width) { return static_cast<int64_t>(std::floor(x * inverse_width)); }
 
 inline CellKey cell_key_at(Vec3 p, int level) {
-  const float inverse = 1 / cell_width(level);
+  const float inverse = inverse_width(level);
   return cell_key(cell_index(p.x, inverse), cell_index(p.y, inverse), cell_index(p.z, inverse), level);
 }
 
-// Calls visit(CellKey) for the cells that a ball meets.
+// Calls visit(CellKey first, uint32_t more) for the cells that a ball meets: `first` and so many after it, of the same block and row. Their
+// keys follow each other.
 template <typename Visit>
-void visit_cells(Vec3 p, float radius, Visit visit) {
+void visit_cell_runs(Vec3 p, float radius, Visit visit) {
   const int level = grid_level(radius);
-  const float inverse = 1 / cell_width(level);
+  const float inverse = inverse_width(level);
   const Vec3 lo = p - splat(radius), hi = p + splat(radius);
-  const int64_t x1 = cell_index(hi.x, inverse), y1 = cell_index(hi.y, inverse), z1 = cell_index(hi.z, inverse);
+  const int64_t x0 = cell_index(lo.x, inverse), x1 = cell_index(hi.x, inverse);
+  const int64_t y1 = cell_index(hi.y, inverse), z1 = cell_index(hi.z, inverse);
   for (int64_t z = cell_index(lo.z, inverse); z <= z1; ++z)
     for (int64_t y = cell_index(lo.y, inverse); y <= y1; ++y)
-      for (int64_t x = cell_index(lo.x, inverse); x <= x1; ++x) visit(cell_key(x, y, z, level));
+      for (int64_t x = x0; x <= x1;) {
+        const int64_t last = std::min(x1, x | 3);
+        visit(cell_key(x, y, z, level), static_cast<uint32_t>(last - x));
+        x = last + 1;
+      }
 }
 
 // Which cells queries will look at. Marking may run in parallel: the result does not depend on the order.
@@ -92,10 +100,10 @@ class Grid {
 
   // Position i of the sorted order holds element order()[i] of `keys`.
   std::span<const uint32_t> order() const { return order_; }
-  // Range of the sorted order that holds the cell, and perhaps others: compare tags.
-  std::pair<uint32_t, uint32_t> range(CellKey key) const {
-    const size_t i = slot(key);
-    return {starts_[i], starts_[i + 1]};
+  // Range of the sorted order that holds a run of cells, and perhaps others: compare tags.
+  std::pair<uint32_t, uint32_t> range(CellKey first, uint32_t more) const {
+    const size_t i = slot(first);
+    return {starts_[i], starts_[i + more + 1]};
   }
   bool empty() const { return order_.empty(); }
   uint64_t memory() const { return (order_.capacity() + bucketed_.capacity() + starts_.capacity()) * 4; }
@@ -107,6 +115,7 @@ class Grid {
   int shift_ = 63;
 };
 
+// The same for the cells of a block.
 inline uint32_t cell_tag(CellKey key) { return static_cast<uint32_t>(key / kCellsInBlock); }
 
 }  // namespace sppm

@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "photon_pass.h"
+#include "photon_map.h"
 
 using namespace sppm;
 
@@ -52,7 +52,10 @@ struct Cloud {
 
 std::vector<int> found(const PhotonMap& map, const Query& q) {
   std::vector<int> ids;
-  map.visit_within(q.p, q.radius, [&](const Photon& photon) { ids.push_back(static_cast<int>(photon.power.x)); });
+  map.visit_within(q.p, q.radius, [&](const PhotonGroup& group, uint32_t lanes) {
+    for (uint32_t lane = 0; lane < PhotonGroup::kLanes; ++lane)
+      if (lanes >> lane & 1) ids.push_back(static_cast<int>(group.power(lane).x));
+  });
   return ids;
 }
 
@@ -121,8 +124,17 @@ TEST_CASE("a ball meets at most eight cells") {
   std::uniform_real_distribution<float> uniform(-1, 1);
   for (int i = 0; i < 10000; ++i) {
     int cells = 0;
-    visit_cells({uniform(random), uniform(random), uniform(random)}, std::pow(10.0f, 3 * uniform(random) - 3), [&](CellKey) { ++cells; });
+    visit_cell_runs({uniform(random), uniform(random), uniform(random)}, std::pow(10.0f, 3 * uniform(random) - 3),
+                    [&](CellKey, uint32_t more) { cells += static_cast<int>(1 + more); });
     CHECK((cells >= 1 && cells <= 8));
+  }
+}
+
+TEST_CASE("a level's cells are wider than its queries' balls, and the next level's are twice as wide") {
+  for (const float radius : {1e-15f, 1e-6f, 0.3f, 0.4f, 0.5f, 1.0f, 7.0f, 1e15f}) {
+    const float width = 1 / inverse_width(grid_level(radius));
+    CHECK((width >= 2.5f * radius && width <= 5 * radius));
+    CHECK(grid_level(2 * radius) <= grid_level(radius) + 1);
   }
 }
 
@@ -138,7 +150,7 @@ TEST_CASE("cells keep all elements, in their first order") {
     for (const uint32_t e : one.order()) ++seen[e];
     CHECK(std::all_of(seen.begin(), seen.end(), [](int count) { return count == 1; }));
     for (size_t k = 0; k < std::min<size_t>(n, 500); ++k) {
-      const auto [begin, end] = one.range(keys[k]);
+      const auto [begin, end] = one.range(keys[k], 0);
       std::vector<uint32_t> mine;
       for (uint32_t i = begin; i < end; ++i)
         if (keys[one.order()[i]] == keys[k]) mine.push_back(one.order()[i]);
