@@ -12,6 +12,7 @@
 #include <span>
 #include <vector>
 
+#include "large_vector.h"
 #include "parallel.h"
 #include "sampling.h"
 #include "vecmath.h"
@@ -111,7 +112,7 @@ class Grid {
  private:
   size_t slot(CellKey key) const { return (key >> shift_ & ~(kCellsInBlock - 1)) | (key & (kCellsInBlock - 1)); }
 
-  std::vector<uint32_t> order_, bucketed_, starts_;
+  LargeVector<uint32_t> order_, bucketed_, starts_;
   int shift_ = 63;
 };
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "large_vector.h"
 #include "parallel.h"
 #include "sppm/sppm.h"
 #include "vecmath.h"
@@ -50,7 +51,7 @@ struct Mesh {
   std::vector<uint16_t> slots;  // empty: all 0
   uint32_t slot_count = 1;
   bool smooth = false;
-  std::vector<Facet> facets;  // see `make_facets`
+  LargeVector<Facet> facets;  // see `make_facets`
 
   Bounds bounds;
 

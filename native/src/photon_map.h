@@ -83,8 +83,8 @@ class PhotonMap {
 
   Occupancy occupancy_;
   Grid grid_;
-  std::vector<CellKey> keys_;
-  std::vector<PhotonGroup> groups_;  // in the grid's order
+  LargeVector<CellKey> keys_;
+  LargeVector<PhotonGroup> groups_;  // in the grid's order
   uint64_t stored_ = 0;  // photons; those kept at several levels count once
 };
 
