@@ -16,8 +16,9 @@ Triples copy_triples(const uint32_t* data, uint64_t count, uint64_t limit, const
   for (uint64_t i = 0; i < count; ++i)
     for (size_t k = 0; k < 3; ++k) {
       const uint32_t value = data[3 * i + k];
-      require(value < limit, what + " of triangle " + std::to_string(i) + " is " + std::to_string(value) + ", must be below " +
-                                 std::to_string(limit));
+      require(value < limit, [&] {
+        return what + " of triangle " + std::to_string(i) + " is " + std::to_string(value) + ", must be below " + std::to_string(limit);
+      });
       triples[i][k] = value;
     }
   return triples;
@@ -64,7 +65,7 @@ Mesh::Mesh(const SppmMeshDesc& desc) : name(desc.name ? desc.name : "") {
   positions.resize(desc.vertex_count + 1);  // Embree reads 16 bytes at each vertex: one spare at the end
   for (uint64_t i = 0; i < desc.vertex_count; ++i) {
     positions[i] = {desc.positions[3 * i], desc.positions[3 * i + 1], desc.positions[3 * i + 2]};
-    require(is_finite(positions[i]), where + "vertex " + std::to_string(i) + " is not finite");
+    require(is_finite(positions[i]), [&] { return where + "vertex " + std::to_string(i) + " is not finite"; });
     bounds.add(positions[i]);
   }
   indices = copy_triples(desc.indices, desc.triangle_count, desc.vertex_count, where + "indices");
@@ -85,13 +86,13 @@ Mesh::Mesh(const SppmMeshDesc& desc) : name(desc.name ? desc.name : "") {
     colors.resize(desc.corner_count);
     for (uint64_t i = 0; i < desc.corner_count; ++i) {
       colors[i] = {desc.corner_colors[3 * i], desc.corner_colors[3 * i + 1], desc.corner_colors[3 * i + 2]};
-      require(is_finite(colors[i]), where + "colour of corner " + std::to_string(i) + " is not finite");
+      require(is_finite(colors[i]), [&] { return where + "colour of corner " + std::to_string(i) + " is not finite"; });
     }
   }
   if (desc.material_slots) {
     slots.resize(desc.triangle_count);
     for (uint64_t i = 0; i < desc.triangle_count; ++i) {
-      require(desc.material_slots[i] <= 0xffff, where + "a material slot is above 65535");
+      require(desc.material_slots[i] <= 0xffff, [&] { return where + "a material slot is above 65535"; });
       slots[i] = static_cast<uint16_t>(desc.material_slots[i]);
       slot_count = std::max(slot_count, slots[i] + 1u);
     }
