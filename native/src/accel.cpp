@@ -176,11 +176,13 @@ void Accel::build(std::span<const Placement> placements) {
 }
 
 std::optional<Hit> Accel::intersect(const Ray& ray) const {
-  if (!traceable(ray)) return std::nullopt;
+  std::optional<Hit> found;
+  if (!traceable(ray)) return found;
   RTCRayHit query = make_query(ray);
   trace(impl_->scene, query, ray.touching);
-  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-  return Hit{query.ray.tfar, query.hit.u, query.hit.v, instance_of(query.hit.instID[0], query.hit.geomID), query.hit.primID};
+  if (query.hit.geomID != RTC_INVALID_GEOMETRY_ID)
+    found = {query.ray.tfar, query.hit.u, query.hit.v, instance_of(query.hit.instID[0], query.hit.geomID), query.hit.primID};
+  return found;
 }
 
 bool Accel::occluded(const Ray& ray) const {
