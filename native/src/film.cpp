@@ -17,23 +17,25 @@ float smallest_radius(Vec3 p) { return std::max(kSmallestRadiusUlps * max_compon
 // How much wider than its neighbour's a pixel's disk may be, in footprints a pixel.
 constexpr float kWidening = 0.25f;
 
+// Lowers a row to the least of its neighbouring row's values plus their distance.
+void lower_by_row(float* row, const float* neighbor, uint64_t width, float slope) {
+  const float diagonal = slope * std::numbers::sqrt2_v<float>;
+  for (uint64_t x = 0; x < width; ++x) row[x] = std::min(row[x], neighbor[x] + slope);
+  for (uint64_t x = 1; x < width; ++x) row[x] = std::min(row[x], neighbor[x - 1] + diagonal);
+  for (uint64_t x = 1; x < width; ++x) row[x - 1] = std::min(row[x - 1], neighbor[x] + diagonal);
+}
+
 // Lowers values to the least of all others plus `slope` a pixel of distance: two sweeps of the chamfer distance transform.
 void spread_least(std::vector<float>& values, uint64_t width, uint64_t height, float slope) {
-  const float diagonal = slope * std::numbers::sqrt2_v<float>;
-  const auto lower = [&](uint64_t i, uint64_t from, float distance) { values[i] = std::min(values[i], values[from] + distance); };
-  const uint64_t last = values.size() - 1;
-  for (const bool back : {false, true}) {
-    // The second sweep is the first in the picture turned by half a turn.
-    const auto at = [&](uint64_t x, uint64_t y) { return back ? last - (y * width + x) : y * width + x; };
-    for (uint64_t y = 0; y < height; ++y)
-      for (uint64_t x = 0; x < width; ++x) {
-        const uint64_t i = at(x, y);
-        if (x > 0) lower(i, at(x - 1, y), slope);
-        if (y == 0) continue;
-        lower(i, at(x, y - 1), slope);
-        if (x > 0) lower(i, at(x - 1, y - 1), diagonal);
-        if (x + 1 < width) lower(i, at(x + 1, y - 1), diagonal);
-      }
+  for (uint64_t y = 0; y < height; ++y) {
+    float* row = values.data() + y * width;
+    if (y > 0) lower_by_row(row, row - width, width, slope);
+    for (uint64_t x = 1; x < width; ++x) row[x] = std::min(row[x], row[x - 1] + slope);
+  }
+  for (uint64_t y = height; y-- > 0;) {
+    float* row = values.data() + y * width;
+    if (y + 1 < height) lower_by_row(row, row + width, width, slope);
+    for (uint64_t x = width - 1; x > 0; --x) row[x - 1] = std::min(row[x - 1], row[x] + slope);
   }
 }
 
@@ -58,13 +60,14 @@ void Film::start_radii(const Camera& camera, const CameraSamples& samples, doubl
 }
 
 void Film::announce(const CameraSamples& samples, PhotonMaps& maps, const Threads& threads) const {
-  for (size_t kind = 0; kind < kPhotonKinds; ++kind) {
-    maps[kind].reset(pixels_.size());
-    threads.for_blocks(pixels_.size(), kGrain, [&](uint64_t begin, uint64_t end) {
-      for (uint64_t i = begin; i < end; ++i)
-        if (samples.pixels[i].point.valid()) maps[kind].announce(samples.pixels[i].point.p, static_cast<float>(pixels_[i].photons[kind].radius));
-    });
-  }
+  for (PhotonMap& map : maps) map.reset(pixels_.size());
+  threads.for_blocks(pixels_.size(), kGrain, [&](uint64_t begin, uint64_t end) {
+    for (uint64_t i = begin; i < end; ++i) {
+      const VisiblePoint& vp = samples.pixels[i].point;
+      if (!vp.valid()) continue;
+      for (size_t kind = 0; kind < kPhotonKinds; ++kind) maps[kind].announce(vp.p, static_cast<float>(pixels_[i].photons[kind].radius));
+    }
+  });
 }
 
 uint64_t Film::update(const CameraSamples& samples, const PhotonMaps& maps, const PhotonRules& rules, uint64_t width,
