@@ -97,22 +97,21 @@ class Occupancy {
 // Sorts keys into slots, stably, so that what shares a cell is contiguous and in its first order.
 class Grid {
  public:
-  void build(std::span<const CellKey> keys, const Threads& threads);
+  // Returns the sorted order: its position i holds element order[i] of `keys`.
+  std::unique_ptr<uint32_t[]> build(std::span<const CellKey> keys, const Threads& threads);
 
-  // Position i of the sorted order holds element order()[i] of `keys`.
-  std::span<const uint32_t> order() const { return order_; }
   // Range of the sorted order that holds a run of cells, and perhaps others: compare tags.
   std::pair<uint32_t, uint32_t> range(CellKey first, uint32_t more) const {
     const size_t i = slot(first);
     return {starts_[i], starts_[i + more + 1]};
   }
-  bool empty() const { return order_.empty(); }
-  uint64_t memory() const { return (order_.capacity() + bucketed_.capacity() + starts_.capacity()) * 4; }
+  bool empty() const { return starts_.empty() || starts_.back() == 0; }
+  uint64_t memory() const { return starts_.capacity() * 4; }
 
  private:
   size_t slot(CellKey key) const { return (key >> shift_ & ~(kCellsInBlock - 1)) | (key & (kCellsInBlock - 1)); }
 
-  LargeVector<uint32_t> order_, bucketed_, starts_;
+  LargeVector<uint32_t> starts_;
   int shift_ = 63;
 };
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "grid.h"
+#include "large_vector.h"
 #include "parallel.h"
 #include "photon.h"
 
@@ -83,7 +84,6 @@ class PhotonMap {
 
   Occupancy occupancy_;
   Grid grid_;
-  LargeVector<CellKey> keys_;
   LargeVector<PhotonGroup> groups_;  // in the grid's order
   uint64_t stored_ = 0;  // photons; those kept at several levels count once
 };
