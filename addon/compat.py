@@ -111,6 +111,13 @@ def light_energy(light, matrix):
     return energy
 
 
+def light_strength(light):
+    """Names of what makes a lamp's colour and power: `light_energy` reads them."""
+    names = ("use_temperature", "temperature", "color", "energy", "exposure", "normalize")
+    has_temperature = getattr(light, "use_temperature", False)
+    return [name for name in names if hasattr(light, name) and (name != "temperature" or has_temperature)]
+
+
 def shadow_switch(light):
     """(owner, name) of the switch that lets a lamp cast shadows: Cycles' own where it has one (3.4), else Blender's."""
     cycles = getattr(light, "cycles", None)
@@ -142,3 +149,25 @@ def set_pass_pixels(render_pass, pixels):
         render_pass.rect.foreach_set(pixels.reshape(-1))
     except (TypeError, ValueError):
         render_pass.rect.foreach_set(pixels.reshape(-1, pixels.shape[2]))
+
+
+# ---------------------------------------------------------------- drawing
+
+
+def texture(pixels):
+    """A GPUTexture of (height, width, 4) float32, bottom row first; only where Blender has a window."""
+    import gpu
+
+    height, width, _ = pixels.shape
+    flat = np.ascontiguousarray(pixels, dtype=np.float32).reshape(-1)
+    return gpu.types.GPUTexture((width, height), format="RGBA16F", data=gpu.types.Buffer("FLOAT", flat.size, flat))
+
+
+def draw_texture(texture, x, y, width, height):
+    """Draws premultiplied scene-linear pixels over a rectangle of a viewport; Blender brings that to the screen's colours."""
+    import gpu
+    from gpu_extras.presets import draw_texture_2d
+
+    gpu.state.blend_set("ALPHA_PREMULT")
+    draw_texture_2d(texture, (x, y), width, height)
+    gpu.state.blend_set("NONE")

@@ -1,14 +1,18 @@
-"""The RenderEngine: Blender's callbacks -> export, session loop, result. Every failure ends as a message to the user."""
+"""The RenderEngine: Blender's callbacks -> export, session loop, result; or a viewport's live view.
+
+Every failure ends as a message to the user.
+"""
 
 import sys
 import time
 import traceback
 from concurrent.futures import ThreadPoolExecutor, wait
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
 
-from . import advice, native, render_result, statistics
+from . import advice, live_view, native, render_result, statistics
 from .export_camera import CameraError
 from .export_scene import export_scene
 from .scene_desc import SceneError
@@ -16,6 +20,11 @@ from .scene_desc import SceneError
 _POLL_SECONDS = 0.03
 _PREVIEW_SECONDS = 1.0
 _STATUS_SECONDS = 0.25
+_PREVIEW_ITERATIONS = 16  # of the small pictures of materials
+_GOODBYE_SECONDS = 0.2  # for what Blender does with its engine after `render` has returned
+_PATIENCE_SECONDS = 10.0
+
+_under_way = set()  # every _Render that has not ended
 
 # Failures whose message is all that the user needs.
 _EXPECTED = (native.SppmError, CameraError, SceneError, MemoryError, OSError)
@@ -26,10 +35,12 @@ class SppmRenderEngine(bpy.types.RenderEngine):
 
     bl_idname = "SPPM"
     bl_label = "SPPM"
-    bl_use_preview = False
+    bl_use_preview = True
     bl_use_postprocess = True
     bl_use_shading_nodes_custom = False
     bl_use_eevee_viewport = True
+
+    _live = None
 
     def update_render_passes(self, scene=None, renderlayer=None):
         render_result.register_passes(self, scene, renderlayer)
@@ -44,6 +55,15 @@ class SppmRenderEngine(bpy.types.RenderEngine):
             traceback.print_exc()
             self.report({"ERROR"}, f"SPPM: {type(error).__name__}: {error}")
 
+    def view_update(self, context, depsgraph):
+        if self._live is None:
+            self._live = live_view.LiveView(self)
+        self._live.update(context, depsgraph, viewport_settings(depsgraph.scene))
+
+    def view_draw(self, context, depsgraph):
+        if self._live is not None:
+            self._live.draw(context, depsgraph)
+
 
 class _Render:
     """The render of one view layer."""
@@ -51,9 +71,29 @@ class _Render:
     def __init__(self, engine, depsgraph):
         self._engine, self._depsgraph = engine, depsgraph
         self._settings = session_settings(depsgraph)
+        if engine.is_preview:
+            self._settings = replace(self._settings, iterations=min(self._settings.iterations, _PREVIEW_ITERATIONS))
         self._next_preview, self._next_preview_iteration, self._next_status = 0.0, 1, 0.0
+        self._is_stopped = False
 
     def run(self):
+        _under_way.add(self)
+        try:
+            if self._engine.is_preview:
+                self._run_quietly()
+            else:
+                self._run()
+        finally:
+            _under_way.discard(self)
+
+    def stop(self):
+        """As if the user cancelled; may be called by any thread."""
+        self._is_stopped = True
+
+    def _shall_stop(self):
+        return self._is_stopped or self._engine.test_break()
+
+    def _run(self):
         self._engine.update_stats("", "SPPM: exporting the scene")
         desc, warnings = export_scene(self._depsgraph, self._engine.camera_override)
         hints = advice.before_render(desc, self._settings.max_depth)
@@ -65,6 +105,12 @@ class _Render:
                 self._render_into_result(session)
                 _print_stamp(session.progress(), scene.info())
                 self._tell_after(session, scene.info(), warnings + hints)
+
+    def _run_quietly(self):
+        """The picture of a material, lamp or world in Blender's interface: nobody asked for it, so nothing is told."""
+        desc, _ = export_scene(self._depsgraph)
+        with native.Scene(desc, self._settings.threads) as scene, native.Session(scene, self._settings) as session:
+            self._render_into_result(session)
 
     def _tell(self, warnings, hints):
         """What the engine could not render is a warning, what it advises is only printed; both stay for the panel."""
@@ -106,7 +152,7 @@ class _Render:
     def _loop(self, session, writer):
         """Steps until done; what was rendered before the user cancels is kept."""
         with ThreadPoolExecutor(max_workers=1, thread_name_prefix="sppm") as worker:
-            while not session.progress().finished and not self._engine.test_break():
+            while not session.progress().finished and not self._shall_stop():
                 if not self._step(session, worker):
                     break
                 self._show(session, writer)
@@ -116,7 +162,7 @@ class _Render:
         step = worker.submit(session.step)
         try:
             while not wait([step], timeout=_POLL_SECONDS).done:
-                if self._engine.test_break():
+                if self._shall_stop():
                     session.cancel()
                 self._show_status(session.progress())
             step.result()
@@ -171,16 +217,26 @@ def session_settings(depsgraph):
     """The scene's settings as the library's."""
     scene, view_layer = depsgraph.scene, depsgraph.view_layer
     own = scene.sppm
-    names = ("iterations", "photons_per_iteration", "indirect", "radius_rule", "initial_radius", "gamma", "max_depth",
-             "pixel_filter", "filter_width", "seed", "time_limit", "write_interval")
-    return native.Settings(
-        **{name: getattr(own, name) for name in names},
+    return replace(
+        _settings(scene), iterations=own.iterations, time_limit=own.time_limit, write_interval=own.write_interval,
         snapshot_path=_snapshot_path(scene, view_layer) if own.write_interval > 0 else "",
+        passes=frozenset(render_result.requested_passes(view_layer) + render_result.measured_passes(own.write_interval > 0)))
+
+
+def viewport_settings(scene):
+    """Those for a viewport: its own iterations, and the picture alone."""
+    return replace(_settings(scene), iterations=scene.sppm.viewport_iterations)
+
+
+def _settings(scene):
+    """What every picture of a scene shares."""
+    names = ("photons_per_iteration", "indirect", "radius_rule", "initial_radius", "gamma", "max_depth", "pixel_filter",
+             "filter_width", "seed")
+    return native.Settings(
+        **{name: getattr(scene.sppm, name) for name in names},
         # `blender -t N` makes the mode FIXED for Blender's own renderers by the same property.
         threads=scene.render.threads if scene.render.threads_mode == "FIXED" else 0,
-        transparent_film=scene.render.film_transparent,
-        passes=frozenset(render_result.requested_passes(view_layer) + render_result.measured_passes(own.write_interval > 0)),
-    )
+        transparent_film=scene.render.film_transparent)
 
 
 def _snapshot_path(scene, view_layer):
@@ -206,9 +262,23 @@ def _print_stamp(progress, info):
         print(f"SPPM: {progress.dropped_samples} samples were not finite and were left out", flush=True)
 
 
+def _stop_renders():
+    """Ends what renders in other threads: Blender crashes where the engine is taken from under a render."""
+    if not _under_way:
+        return
+    for render in list(_under_way):
+        render.stop()
+    end = time.monotonic() + _PATIENCE_SECONDS
+    while _under_way and time.monotonic() < end:
+        time.sleep(_POLL_SECONDS)
+    time.sleep(_GOODBYE_SECONDS)
+
+
 def register():
     bpy.utils.register_class(SppmRenderEngine)
 
 
 def unregister():
+    live_view.stop_all()
+    _stop_renders()
     bpy.utils.unregister_class(SppmRenderEngine)

@@ -20,26 +20,31 @@ def export_camera(camera, render, warn):
     Raises:
         CameraError: no camera, or a panoramic one.
     """
-    if camera is None or camera.type != "CAMERA":
-        raise CameraError("the scene has no camera" if camera is None else f"'{camera.name}' is no camera")
+    check_camera(camera)
     lens = camera.data
-    if lens.type == "PANO":
-        raise CameraError(f"camera '{camera.name}' is panoramic, only perspective and orthographic ones can be rendered")
-    axes = np.linalg.norm(np.array(camera.matrix_world, dtype=np.float64)[:3], axis=0)
-    if not (np.isfinite(axes).all() and axes[:3].all()):
-        raise CameraError(f"camera '{camera.name}' is scaled to 0 or its place is not finite")
     width, height = image_size(render)
     return CameraDesc(
         transform=_transform(camera.matrix_world),
-        window=_window(lens, width * render.pixel_aspect_x, height * render.pixel_aspect_y),
+        window=window(lens, width * render.pixel_aspect_x, height * render.pixel_aspect_y),
         width=width,
         height=height,
         projection=Projection.ORTHOGRAPHIC if lens.type == "ORTHO" else Projection.PERSPECTIVE,
         clip_near=lens.clip_start,
         clip_far=lens.clip_end,
         region=_region(render, width, height),
-        **_aperture(camera, warn),
+        **aperture(camera, warn),
     )
+
+
+def check_camera(camera):
+    """Raises a CameraError where the engine cannot look through an object."""
+    if camera is None or camera.type != "CAMERA":
+        raise CameraError("the scene has no camera" if camera is None else f"'{camera.name}' is no camera")
+    if camera.data.type == "PANO":
+        raise CameraError(f"camera '{camera.name}' is panoramic, only perspective and orthographic ones can be rendered")
+    axes = np.linalg.norm(np.array(camera.matrix_world, dtype=np.float64)[:3], axis=0)
+    if not (np.isfinite(axes).all() and axes[:3].all()):
+        raise CameraError(f"camera '{camera.name}' is scaled to 0 or its place is not finite")
 
 
 def image_size(render):
@@ -54,7 +59,7 @@ def _transform(matrix):
     return transform
 
 
-def _window(lens, x_ratio, y_ratio):
+def window(lens, x_ratio, y_ratio):
     """Left, right, bottom, top at distance 1 or, orthographic, in metres; a shift of 1 is the length of the fitted side."""
     horizontal = x_ratio > y_ratio if lens.sensor_fit == "AUTO" else lens.sensor_fit == "HORIZONTAL"
     aspect = x_ratio / y_ratio if horizontal else y_ratio / x_ratio
@@ -82,7 +87,8 @@ def _region(render, width, height):
     return (x, y, region_width, region_height)
 
 
-def _aperture(camera, warn):
+def aperture(camera, warn):
+    """Those fields of a CameraDesc that depth of field sets; none without it."""
     lens, dof = camera.data, camera.data.dof
     if not dof.use_dof:
         return {}

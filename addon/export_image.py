@@ -8,20 +8,29 @@ _LINEAR_SPACES = ("Non-Color", "Raw", "Linear", "Linear Rec.709", "Generic Data"
 
 
 class ImageExporter:
-    """Appends images to a SceneDesc and remembers them; call it, or its `export`, with a bpy image."""
+    """Appends images to a SceneDesc, each once.
 
-    def __init__(self, scene_desc, warn):
-        self._images, self._warn, self._ids = scene_desc.images, warn, {}
+    Args:
+        known: address -> ImageDesc of those that need not be read; gets what is read.
+    """
+
+    def __init__(self, scene_desc, warn, known):
+        self._images, self._warn, self._known, self.ids = scene_desc.images, warn, known, {}
 
     def export(self, image):
-        """The id of the image; a missing one warns and is magenta."""
-        key = image.original.as_pointer() if image.original else image.as_pointer()
-        if key not in self._ids:
-            self._images.append(_image_desc(image.original or image, self._warn))
-            self._ids[key] = len(self._images)
-        return self._ids[key]
+        """The id of a bpy image; a missing one warns and is magenta."""
+        original = image.original or image
+        key = original.as_pointer()
+        if key not in self._known:
+            self._known[key] = _image_desc(original, self._warn)
+        return self.add(key)
 
-    __call__ = export
+    def add(self, key):
+        """The id of a known image, by its address."""
+        if key not in self.ids:
+            self._images.append(self._known[key])
+            self.ids[key] = len(self._images)
+        return self.ids[key]
 
 
 def _image_desc(image, warn):

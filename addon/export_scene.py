@@ -12,15 +12,17 @@ import bpy
 import numpy as np
 
 from .bounds import instance_boxes
+from .export_cache import CachedMaterials, CachedMesh, ExportCache
 from .export_camera import export_camera
 from .export_image import ImageExporter
 from .export_light import export_light, export_world
-from .export_material import MaterialExporter
 from .export_mesh import export_mesh
 from .scene_desc import InstanceDesc, SceneDesc
+from .wording import named
 
 _UNSUPPORTED = {"CURVES": "hair curves", "VOLUME": "a volume", "POINTCLOUD": "a point cloud", "GPENCIL": "grease pencil",
                 "GREASEPENCIL": "grease pencil"}
+_FARTHEST = 1e11  # metres from the middle of the scene; kLargestCoordinate of native/src/accel.cpp
 _RAY_VISIBILITY = ("camera", "diffuse", "glossy", "transmission", "shadow")
 
 
@@ -37,15 +39,35 @@ def export_scene(depsgraph, camera=None):
     Raises:
         CameraError: there is no camera to look through.
     """
-    walk = _Walk(depsgraph)
+    walk = _Walk(ExportCache())
     _warn_of_missing_libraries(walk.warn)
     scene = depsgraph.scene_eval
     camera = camera or scene.camera
     walk.desc.camera = export_camera(camera.evaluated_get(depsgraph) if camera else None, scene.render, walk.warn)
-    walk.desc.world = export_world(scene.world, walk.images.export, walk.warn)
-    for instance in depsgraph.object_instances:
-        walk.visit(instance)
-    return _moved_to_origin(walk.desc), walk.warnings
+    if scene.render.use_multiview:
+        walk.warn("stereoscopy is not rendered: every view shows what the camera itself sees")
+    walk.run(depsgraph, lambda obj: True)
+    if walk.desc.instances:
+        boxes = instance_boxes(walk.desc)
+        _move_to_origin(walk.desc, boxes)
+        _warn_of_far_ends(walk.desc, boxes - walk.desc.origin, walk.warn)
+    return walk.desc, walk.warnings
+
+
+def export_viewport(depsgraph, is_shown, cache):
+    """Exports what a viewport shows, without its camera.
+
+    Args:
+        depsgraph: evaluated for the viewport.
+        is_shown: evaluated object -> whether this viewport shows it.
+        cache: ExportCache of the viewport: what it holds is not read again unless `depsgraph.updates` names it.
+    """
+    cache.forget_changes(depsgraph)
+    walk = _Walk(cache)
+    walk.run(depsgraph, is_shown)
+    if walk.desc.instances:
+        _move_to_origin(walk.desc, instance_boxes(walk.desc))
+    return walk.desc
 
 
 def _warn_of_missing_libraries(warn):
@@ -59,18 +81,26 @@ def _warn_of_missing_libraries(warn):
 class _Walk:
     """What is known while the instances pass by."""
 
-    def __init__(self, depsgraph):
+    def __init__(self, cache):
         self.desc, self.warnings = SceneDesc(), []
-        self.images = ImageExporter(self.desc, self.warn)
-        self._depsgraph = depsgraph
-        self._materials = MaterialExporter(self.desc, self.warn, self.images)
-        self._meshes = {}  # address -> (mesh id or 0, wants UVs, wanted colours)
+        self._cache = cache
+        self._images = ImageExporter(self.desc, self.warn, cache.images)
+        self._materials = CachedMaterials(self.desc, self.warn, self._images, cache.materials)
+        self._meshes = {}  # address -> mesh id or 0
+
+    def run(self, depsgraph, is_shown):
+        """Exports all but the camera; `is_shown` tells of an object whether it may be seen."""
+        self.desc.world = export_world(depsgraph.scene_eval.world, self._images.export, self.warn)
+        for instance in depsgraph.object_instances:
+            if is_shown(instance.object):
+                self._visit(instance)
+        self._cache.keep_only(self._meshes, self._materials.ids, self._images.ids)
 
     def warn(self, message):
         if message not in self.warnings:
             self.warnings.append(message)
 
-    def visit(self, instance):
+    def _visit(self, instance):
         """Exports one instance if it shows itself; an instancer may hide behind what it instances."""
         obj = instance.object
         if instance.show_particles:
@@ -101,10 +131,11 @@ class _Walk:
             return
         if np.linalg.matrix_rank(transform[:, :3]) < 2:
             return  # scaled to a point or a line; what is squeezed flat still shows
-        materials = tuple(self._materials.export(material) for material in _materials_of(obj))
+        materials = list(_materials_of(obj))
+        ids = tuple(map(self._materials.export, materials))
         mesh_id = self._mesh_id(obj, materials)
         if mesh_id:
-            self.desc.instances.append(InstanceDesc(obj.name, mesh_id, materials, transform))
+            self.desc.instances.append(InstanceDesc(obj.name, mesh_id, ids, transform))
 
     def _is_visible(self, obj):
         visible = [getattr(obj, f"visible_{ray}", True) for ray in _RAY_VISIBILITY]
@@ -115,41 +146,41 @@ class _Walk:
         return any(visible)
 
     def _mesh_id(self, obj, materials):
-        """The mesh's id, 0 if it is empty; read again only if another instance's materials want more of it."""
-        # The dependency graph keeps its meshes in place during the walk, so an address tells them apart.
+        """The mesh's id, 0 if it is empty; read again only if it has changed or another instance's materials want more of it."""
+        # The dependency graph keeps its meshes in place, so an address tells them apart.
         key = obj.data.as_pointer()
         wants_uvs, wants_colors = self._wants(obj, materials)
-        known = self._meshes.get(key)
-        if known:
-            mesh_id, had_uvs, had_colors = known
-            if mesh_id == 0 or (had_uvs >= wants_uvs and (wants_colors is None or had_colors == wants_colors)):
-                return mesh_id
-            wants_uvs, wants_colors = wants_uvs or had_uvs, wants_colors if wants_colors is not None else had_colors
-        desc = export_mesh(obj.data, wants_uvs, wants_colors, self.warn)
-        if desc is None:
-            mesh_id = 0
-        elif known:
-            mesh_id = known[0]
-            self.desc.meshes[mesh_id - 1] = desc
-        else:
-            self.desc.meshes.append(desc)
-            mesh_id = len(self.desc.meshes)
-        self._meshes[key] = (mesh_id, wants_uvs, wants_colors)
-        return mesh_id
+        known = self._cache.meshes.get(key) if key in self._meshes or not self._cache.is_reshaped(obj) else None
+        if known is None or not known.serves(wants_uvs, wants_colors):
+            if known:
+                wants_uvs, wants_colors = wants_uvs or known.has_uvs, wants_colors if wants_colors is not None else known.colors
+            known = CachedMesh(_read_mesh(obj, wants_uvs, wants_colors, self.warn), wants_uvs, wants_colors)
+            self._cache.meshes[key] = known
+            if self._meshes.get(key):
+                self.desc.meshes[self._meshes[key] - 1] = known.desc
+        if key not in self._meshes:
+            if known.desc:
+                self.desc.meshes.append(known.desc)
+            self._meshes[key] = len(self.desc.meshes) if known.desc else 0
+        return self._meshes[key]
 
     def _wants(self, obj, materials):
         """(whether any material reads UVs, name of the colour attribute read or None)."""
-        names = {_color_name(self._materials.needs_colors(material)) for material in materials} - {None}
+        needs = [self._materials.needs(material) for material in materials]
+        names = {need.colors for need in needs} - {None}
         if len(names) > 1:
             self.warn(f"object '{obj.name}': its materials read several colour attributes, only one can be used")
-        return any(self._materials.needs_uvs(material) for material in materials), min(names, default=None)
+        return any(need.uv_map is not None for need in needs), min(names, default=None)
 
 
-def _color_name(answer):
-    """'' for the active attribute, None for no attribute."""
-    if answer is True:
-        return ""
-    return answer if isinstance(answer, str) else None
+def _read_mesh(obj, wants_uvs, wants_colors, warn):
+    """The MeshDesc of an evaluated object, None if it is empty; one that is being edited has its triangles elsewhere."""
+    if not obj.data.is_editmode:
+        return export_mesh(obj.data, wants_uvs, wants_colors, warn)
+    try:
+        return export_mesh(obj.to_mesh(), wants_uvs, wants_colors, warn)
+    finally:
+        obj.to_mesh_clear()
 
 
 def _materials_of(obj):
@@ -165,27 +196,33 @@ def _materials_of(obj):
             yield slot.material if slot else None
 
 
-def _moved_to_origin(desc):
+def _move_to_origin(desc, boxes):
     """Moves a scene that lies farther from Blender's origin than it is large to its own centre, in double precision.
 
     Single precision, which the renderer computes in, then loses at most a bit; a scene around the origin stays as it is. The
     centre is that of the bounds of all instances, rounded to metres.
     """
-    if not desc.instances:
-        return desc
-    boxes = instance_boxes(desc)
     low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
     centre = np.round((low + high) / 2.0)
     if np.linalg.norm(centre) <= np.linalg.norm(high - low):
-        return desc
+        return
     desc.origin = tuple(centre)
-    desc.instances = [replace(item, transform=_moved(item.transform, centre)) for item in desc.instances]
-    desc.lights = [replace(item, transform=_moved(item.transform, centre)) for item in desc.lights]
-    desc.camera = replace(desc.camera, transform=_moved(desc.camera.transform, centre))
-    return desc
+    desc.instances = [replace(item, transform=moved(item.transform, centre)) for item in desc.instances]
+    desc.lights = [replace(item, transform=moved(item.transform, centre)) for item in desc.lights]
+    if desc.camera:
+        desc.camera = replace(desc.camera, transform=moved(desc.camera.transform, centre))
 
 
-def _moved(transform, centre):
-    moved = transform.copy()
-    moved[:, 3] -= centre
-    return moved
+def moved(transform, centre):
+    """(3, 4) a transform into a scene whose origin is `centre`."""
+    result = transform.copy()
+    result[:, 3] -= centre
+    return result
+
+
+def _warn_of_far_ends(desc, boxes, warn):
+    """The library traces no ray that starts farther out: what lies there is seen, but nothing is seen or shadowed from there."""
+    is_far = np.abs(boxes).max(axis=(1, 2)) > _FARTHEST
+    if is_far.any():
+        names = named(item.name for item, far in zip(desc.instances, is_far) if far)
+        warn(f"object {names} reaches beyond {_FARTHEST:.0e} m, where no shadows and reflections are rendered")

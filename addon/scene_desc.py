@@ -158,12 +158,16 @@ class MeshDesc:
 
 @dataclass(frozen=True)
 class InstanceDesc:
-    """`transform` (3, 4) float64 object to world; `materials` ids, at least the mesh's largest slot + 1."""
+    """`transform` (3, 4) float64 object to world; `materials` ids, at least the mesh's largest slot + 1.
+
+    What is `movable` can be placed elsewhere once the scene is built; its rays take a little longer.
+    """
 
     name: str
     mesh: int
     materials: tuple
     transform: np.ndarray
+    movable: bool = False
 
 
 @dataclass(frozen=True)

@@ -121,6 +121,9 @@ void Mesh::make_facets(const Threads& threads) {
       facet.plane = plane_of(facet.p);
     }
   });
+}
+
+void Mesh::keep_facets_only() {
   normals = {};
   if (uvs.empty() && colors.empty()) corners = {};
 }

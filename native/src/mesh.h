@@ -45,7 +45,7 @@ struct Mesh {
   std::vector<Vec3> positions;  // and one unused at the end, for readers of 16 bytes
   std::vector<std::array<uint32_t, 3>> indices;
   std::vector<std::array<uint32_t, 3>> corners;  // empty without corner attributes
-  std::vector<PackedDirection> normals;          // per corner, until they are in the facets; empty: flat
+  std::vector<PackedDirection> normals;          // per corner, until only facets are kept; empty: flat
   std::vector<Vec2> uvs;
   std::vector<Vec3> colors;
   std::vector<uint16_t> slots;  // empty: all 0
@@ -56,8 +56,9 @@ struct Mesh {
   Bounds bounds;
 
   void transform(const Affine& to_world);
-  // Fills `facets`, and gives up what is needed no more.
   void make_facets(const Threads& threads);
+  // Gives up what facets are made of, where they will not be made again.
+  void keep_facets_only();
   uint32_t slot(uint32_t triangle) const { return slots.empty() ? 0 : slots[triangle]; }
   uint64_t memory() const;
 };

@@ -9,9 +9,11 @@ import pytest
 bpy = pytest.importorskip("bpy")
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from addon import export_material  # noqa: E402
 from addon.compat_nodes import principled_input, principled_is_v2  # noqa: E402
-from addon.export_material import MaterialExporter, f0_from_ior, ior_from_f0  # noqa: E402
+from addon.export_material import MaterialExporter  # noqa: E402
+from addon.material_params import ZERO, luminance  # noqa: E402
+from addon.nodes_closure import f0_from_ior, ior_from_f0  # noqa: E402
+from addon.nodes_walk import Needs  # noqa: E402
 from addon.scene_desc import Blend, ClosureFlags, ClosureType, Extension, Interpolation, SceneDesc, TextureType  # noqa: E402
 
 V2 = bpy.app.version >= (4, 0, 0)
@@ -54,7 +56,7 @@ class Bench:
         emission = self.surface(self.node("Emission"))
         self.link(out, emission.inputs["Color"])
         closures = self.export()
-        return closures[0].color if closures else export_material.ZERO
+        return closures[0].color if closures else ZERO
 
     def texture(self, param):
         return self.scene.textures[param.texture - 1]
@@ -94,7 +96,7 @@ def close(a, b):
 def test_none_is_grey_and_exported_once(bench):
     assert bench.exporter.export(None) == bench.exporter.export(None) == 1
     assert bench.scene.materials[0].closures[0].color.value == (0.8, 0.8, 0.8)
-    assert not bench.exporter.needs_uvs(1) and bench.exporter.needs_colors(1) is None
+    assert bench.exporter.needs[1] == Needs()
 
 
 @pytest.mark.skipif(bpy.app.version >= (5, 0, 0), reason="Material.use_nodes is always true in 5.0")
@@ -279,7 +281,7 @@ def test_mix_textured(bench):
     transparent, diffuse = bench.export()
     assert bench.texture(diffuse.weight).type is TextureType.IMAGE_ALPHA
     rest = bench.texture(transparent.weight)
-    assert rest.blend is Blend.SUBTRACT and rest.b == diffuse.weight.texture and bench.exporter.needs_uvs(1)
+    assert rest.blend is Blend.SUBTRACT and rest.b == diffuse.weight.texture and bench.exporter.needs[1].uv_map is not None
 
 
 def test_nested_textured_mixes_multiply(bench):
@@ -478,7 +480,7 @@ def test_image(bench, extension):
     texture = bench.texture(bench.emitted(node.outputs["Color"]))
     assert (texture.type, texture.image, texture.mapping) == (TextureType.IMAGE, 7, None)
     assert texture.extension is Extension[extension] and texture.interpolation is Interpolation.CLOSEST
-    assert bench.exporter.needs_uvs(1) and bench.exporter.uv_map(1) == "" and not bench.warnings
+    assert bench.exporter.needs[1] == Needs(uv_map="") and not bench.warnings
 
 
 def test_missing_image_is_magenta(bench):
@@ -505,7 +507,7 @@ def test_mapping(bench, kind, expected):
     bench.link(uv.outputs[0], mapping.inputs["Vector"])
     bench.link(mapping.outputs[0], image.inputs["Vector"])
     texture = bench.texture(bench.emitted(image.outputs[0]))
-    assert texture.mapping == pytest.approx(expected, abs=1e-5) and bench.exporter.uv_map(1) == "Second"
+    assert texture.mapping == pytest.approx(expected, abs=1e-5) and bench.exporter.needs[1].uv_map == "Second"
 
 
 def test_texture_coordinates(bench):
@@ -526,7 +528,7 @@ def test_two_uv_maps_warn(bench):
         bench.link(uv.outputs[0], image.inputs["Vector"])
         bench.link(image.outputs[0], mix.inputs[socket])
     bench.emitted(mix.outputs[0])
-    assert bench.exporter.uv_map(1) == "A" and "one UV map" in bench.warnings[0]
+    assert bench.exporter.needs[1].uv_map == "A" and "one UV map" in bench.warnings[0]
 
 
 @pytest.mark.parametrize("name, field", [("VertexColor", "layer_name"), ("Attribute", "attribute_name")])
@@ -534,7 +536,7 @@ def test_colors(bench, name, field):
     node = bench.node(name)
     setattr(node, field, "Col")
     assert bench.texture(bench.emitted(node.outputs["Color"])).type is TextureType.ATTRIBUTE
-    assert bench.exporter.needs_colors(1) == "Col" and not bench.exporter.needs_uvs(1)
+    assert bench.exporter.needs[1] == Needs(colors="Col")
 
 
 @pytest.mark.parametrize("blend, expected", [("MIX", 0.35), ("MULTIPLY", 0.3), ("ADD", 0.75), ("SUBTRACT", 0.25), ("SCREEN", 0.6),
@@ -644,7 +646,7 @@ def test_blackbody_is_normalised(bench):
     node = bench.node("Blackbody")
     node.inputs[0].default_value = 6500
     color = bench.emitted(node.outputs[0]).value
-    assert export_material.luminance(color) == pytest.approx(1, abs=0.01) and max(color) / min(color) < 1.1
+    assert luminance(color) == pytest.approx(1, abs=0.01) and max(color) / min(color) < 1.1
 
 
 def test_unknown_texture_keeps_the_consumers_value(bench):
