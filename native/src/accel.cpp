@@ -202,12 +202,14 @@ void Accel::commit() {
 }
 
 std::optional<Hit> Accel::intersect(const Ray& ray) const {
-  if (!traceable(ray)) return std::nullopt;
+  std::optional<Hit> found;
+  if (!traceable(ray)) return found;
   RTCRayHit query = make_query(ray);
   trace(impl_->scene, query, ray.touching, impl_->ground);
-  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-  return Hit{query.ray.tfar, query.hit.u, query.hit.v, instance_of(query.hit.instID[0], query.hit.geomID, impl_->ground),
+  if (query.hit.geomID != RTC_INVALID_GEOMETRY_ID)
+    found = {query.ray.tfar, query.hit.u, query.hit.v, instance_of(query.hit.instID[0], query.hit.geomID, impl_->ground),
              query.hit.primID};
+  return found;
 }
 
 bool Accel::occluded(const Ray& ray) const {

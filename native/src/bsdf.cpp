@@ -220,10 +220,11 @@ namespace {
 
 std::optional<BsdfSample> sample_about_normal(const Lobe& lobe, const ShadingPoint& at, Vec3 given_world, const std::array<float, 3>& u,
                                               Transport transport) {
-  if (!consistent(at, given_world)) return std::nullopt;
+  std::optional<BsdfSample> drawn;  // returned on all ways: the compiler then makes it in the caller's place
+  if (!consistent(at, given_world)) return drawn;
   const Vec3 given = at.frame.to_local(given_world);
   const float side = given.z > 0 ? 1.0f : -1.0f;
-  const bool photon = transport == Transport::kPhoton;
+  const bool photon = transport == Transport::kPhoton, lambert = lobe.type == LobeType::kDiffuse;
   BsdfSample result;
   Vec3 local;
   if (lobe.diffuse()) {
@@ -232,15 +233,15 @@ std::optional<BsdfSample> sample_about_normal(const Lobe& lobe, const ShadingPoi
     const float eta = !transmits(lobe.type) || given.z > 0 ? lobe.ior : 1 / lobe.ior;
     const Vec3 h = lobe.smooth() ? Vec3{0, 0, 1} : sample_visible_normal(given * side, lobe.alpha, u[0], u[1]);
     const float cos_h = dot(given * side, h);
-    if (cos_h <= 0) return std::nullopt;
+    if (cos_h <= 0) return drawn;
     const float p = reflection_probability(lobe, given.z * side, cos_h, eta);
     const bool reflected = u[2] < p;
     if (reflected) {
       local = reflect(given * side, h) * side;
-      if (local.z * given.z <= 0) return std::nullopt;
+      if (local.z * given.z <= 0) return drawn;
     } else {
       const auto through = refract(given * side, h, eta);
-      if (!through || through->z >= 0) return std::nullopt;
+      if (!through || through->z >= 0) return drawn;
       local = *through * side;
     }
     if (lobe.smooth()) {
@@ -253,17 +254,21 @@ std::optional<BsdfSample> sample_about_normal(const Lobe& lobe, const ShadingPoi
     }
   }
   result.direction = normalize(at.frame.to_world(local));
-  if (!consistent(at, result.direction)) return std::nullopt;
+  if (!consistent(at, result.direction)) return drawn;
   if (result.smooth) {
     result.weight *= under_cover(lobe, photon ? local : given);
+  } else if (lambert) {  // drawn in proportion to what it scatters
+    result.pdf_solid_angle = std::abs(local.z) * kInvPi;
+    result.weight = lobe.weight * lobe.color * under_cover(lobe, photon ? local : given);
   } else {
     result.pdf_solid_angle = lobe_pdf(lobe, given, local);
-    if (!(result.pdf_solid_angle > 0)) return std::nullopt;
+    if (!(result.pdf_solid_angle > 0)) return drawn;
     const Vec3 f = photon ? evaluate(lobe, at, result.direction, given_world) : evaluate(lobe, at, given_world, result.direction);
     result.weight = f * (std::abs(local.z) / result.pdf_solid_angle);
   }
   if (photon) result.weight *= adjoint_correction(at, given_world, result.direction);
-  return result;
+  drawn = result;
+  return drawn;
 }
 
 }  // namespace

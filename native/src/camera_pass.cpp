@@ -84,7 +84,7 @@ class CameraPath {
       ray_ = s.spawn_at_border(wo, ray_.direction);
       return Next::kThrough;
     }
-    const Lobe& lobe = bsdf.lobes[chosen];
+    const Lobe& lobe = bsdf[chosen];
     const float probability = choice.probability[static_cast<size_t>(chosen)];
     if (waiting_) {
       sum_ = &sample_.indirect;
@@ -134,7 +134,7 @@ class CameraPath {
     if (!light) return;
     Vec3 f;
     for (int i = 0; i < bsdf.count; ++i) {
-      const Lobe& lobe = bsdf.lobes[i];
+      const Lobe& lobe = bsdf[i];
       const Vec3 value = evaluate(lobe, bsdf.at, wo, light->wi);
       if (is_black(value)) continue;
       const float other = choice.probability[static_cast<size_t>(i)] * pdf_solid_angle(lobe, bsdf.at, wo, light->wi);

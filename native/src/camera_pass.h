@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "large_vector.h"
 #include "parallel.h"
 #include "scene.h"
 #include "visible_point.h"
@@ -25,7 +26,7 @@ inline constexpr uint64_t kTileSize = 16;
 
 // The camera samples of one iteration, kept from pass to pass so that memory is not asked for again.
 struct CameraSamples {
-  std::vector<CameraSample> pixels;     // of the region, row by row from the bottom
+  LargeVector<CameraSample> pixels;     // of the region, row by row from the bottom
   std::vector<std::vector<Lobe>> lobes; // per tile: what visible points that are not Lambert refer to
 
   uint64_t memory() const;

@@ -3,12 +3,12 @@
 #include <numbers>
 #include <numeric>
 
+#include "gatherer.h"
+
 namespace sppm {
 namespace {
 
 constexpr uint64_t kGrain = 1024;
-// Neighbouring photons belong to the same surface if its normal has turned by less than 45 degrees.
-constexpr float kSameSurface = 0.7f;
 // Positions carry about 24 bits; a search radius below a few of the last ones would select by rounding.
 constexpr float kSmallestRadiusUlps = 32 * 0x1p-23f;
 
@@ -17,71 +17,27 @@ float smallest_radius(Vec3 p) { return std::max(kSmallestRadiusUlps * max_compon
 // How much wider than its neighbour's a pixel's disk may be, in footprints a pixel.
 constexpr float kWidening = 0.25f;
 
-// Lowers values to the least of all others plus `slope` a pixel of distance: two sweeps of the chamfer distance transform.
-void spread_least(std::vector<float>& values, uint64_t width, uint64_t height, float slope) {
+// Lowers a row to the least of its neighbouring row's values plus their distance.
+void lower_by_row(float* row, const float* neighbor, uint64_t width, float slope) {
   const float diagonal = slope * std::numbers::sqrt2_v<float>;
-  const auto lower = [&](uint64_t i, uint64_t from, float distance) { values[i] = std::min(values[i], values[from] + distance); };
-  const uint64_t last = values.size() - 1;
-  for (const bool back : {false, true}) {
-    // The second sweep is the first in the picture turned by half a turn.
-    const auto at = [&](uint64_t x, uint64_t y) { return back ? last - (y * width + x) : y * width + x; };
-    for (uint64_t y = 0; y < height; ++y)
-      for (uint64_t x = 0; x < width; ++x) {
-        const uint64_t i = at(x, y);
-        if (x > 0) lower(i, at(x - 1, y), slope);
-        if (y == 0) continue;
-        lower(i, at(x, y - 1), slope);
-        if (x > 0) lower(i, at(x - 1, y - 1), diagonal);
-        if (x + 1 < width) lower(i, at(x + 1, y - 1), diagonal);
-      }
-  }
+  for (uint64_t x = 0; x < width; ++x) row[x] = std::min(row[x], neighbor[x] + slope);
+  for (uint64_t x = 1; x < width; ++x) row[x] = std::min(row[x], neighbor[x - 1] + diagonal);
+  for (uint64_t x = 1; x < width; ++x) row[x - 1] = std::min(row[x - 1], neighbor[x] + diagonal);
 }
 
-// Sums beta f over the photons within the radius of one visible point.
-class Gatherer {
- public:
-  Gatherer(const VisiblePoint& vp, const Lobe* lobe)
-      : vp_(vp), lobe_(lobe), wo_(unpack_direction(vp.wo)),
-        at_{unpack_direction(vp.ng), Frame(unpack_direction(vp.ns))}, flat_(vp.ng == vp.ns) {}
-
-  void add(const Photon& photon) {
-    if (photon.ng != vp_.ng && dot(unpack_direction(photon.ng), at_.ng) < kSameSurface) return;
-    Vec3 value = photon.power;
-    if (!flat_ || lobe_) {
-      const Vec3 n = unpack_direction(photon.ng), wi = unpack_direction(photon.wi);
-      const float shading = dot(wi, at_.frame.n), geometric = dot(wi, n);
-      if (shading <= 0 || geometric <= 0) return;
-      // Photons measure flux through the geometric surface; f goes with the shading normal's cosine (Veach 5.3).
-      value *= shading / geometric;
-      if (lobe_) value *= evaluate(*lobe_, at_, wo_, wi);
-    }
-    const float worth = dot(value, vp_.weight);
-    if (!(worth > 0 && worth < kInfinity)) {  // what adds nothing does not shrink the radius
-      dropped_ += worth != 0;
-      return;
-    }
-    sum_ += value;
-    ++count_;
+// Lowers values to the least of all others plus `slope` a pixel of distance: two sweeps of the chamfer distance transform.
+void spread_least(std::vector<float>& values, uint64_t width, uint64_t height, float slope) {
+  for (uint64_t y = 0; y < height; ++y) {
+    float* row = values.data() + y * width;
+    if (y > 0) lower_by_row(row, row - width, width, slope);
+    for (uint64_t x = 1; x < width; ++x) row[x] = std::min(row[x], row[x - 1] + slope);
   }
-
-  // Of what only colours above white make so bright that the sum is no float any more nothing is kept.
-  Vec3 phi() const {
-    const Vec3 phi = sum_ * vp_.weight;
-    return is_finite(phi) ? phi : Vec3{};
+  for (uint64_t y = height; y-- > 0;) {
+    float* row = values.data() + y * width;
+    if (y + 1 < height) lower_by_row(row, row + width, width, slope);
+    for (uint64_t x = width - 1; x > 0; --x) row[x - 1] = std::min(row[x - 1], row[x] + slope);
   }
-  uint32_t count() const { return count_; }
-  uint64_t dropped() const { return dropped_ + !is_finite(sum_ * vp_.weight); }
-
- private:
-  const VisiblePoint& vp_;
-  const Lobe* lobe_;
-  Vec3 wo_;
-  ShadingPoint at_;
-  bool flat_;
-  Vec3 sum_;
-  uint32_t count_ = 0;
-  uint64_t dropped_ = 0;
-};
+}
 
 }  // namespace
 
@@ -104,13 +60,14 @@ void Film::start_radii(const Camera& camera, const CameraSamples& samples, doubl
 }
 
 void Film::announce(const CameraSamples& samples, PhotonMaps& maps, const Threads& threads) const {
-  for (size_t kind = 0; kind < kPhotonKinds; ++kind) {
-    maps[kind].reset(pixels_.size());
-    threads.for_blocks(pixels_.size(), kGrain, [&](uint64_t begin, uint64_t end) {
-      for (uint64_t i = begin; i < end; ++i)
-        if (samples.pixels[i].point.valid()) maps[kind].announce(samples.pixels[i].point.p, static_cast<float>(pixels_[i].photons[kind].radius));
-    });
-  }
+  for (PhotonMap& map : maps) map.reset(pixels_.size());
+  threads.for_blocks(pixels_.size(), kGrain, [&](uint64_t begin, uint64_t end) {
+    for (uint64_t i = begin; i < end; ++i) {
+      const VisiblePoint& vp = samples.pixels[i].point;
+      if (!vp.valid()) continue;
+      for (size_t kind = 0; kind < kPhotonKinds; ++kind) maps[kind].announce(vp.p, static_cast<float>(pixels_[i].photons[kind].radius));
+    }
+  });
 }
 
 uint64_t Film::update(const CameraSamples& samples, const PhotonMaps& maps, const PhotonRules& rules, uint64_t width,
@@ -137,7 +94,7 @@ uint64_t Film::update(const CameraSamples& samples, const PhotonMaps& maps, cons
         if (rules.paths[kind] == 0) continue;
         PhotonEstimate& estimate = pixel.photons[kind];
         Gatherer gatherer(vp, lobe);
-        maps[kind].visit_within(vp.p, static_cast<float>(estimate.radius), [&](const Photon& photon) { gatherer.add(photon); });
+        maps[kind].visit_within(vp.p, static_cast<float>(estimate.radius), [&](const PhotonGroup& group, uint32_t lanes) { gatherer.add(group, lanes); });
         estimate.update(gatherer.count(), gatherer.phi(), rules.paths[kind], rules.radius, static_cast<double>(pixel.footprint),
                         smallest_radius(vp.p));
         dropped[tile] += gatherer.dropped();

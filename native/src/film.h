@@ -49,7 +49,7 @@ class Film {
  private:
   void limit_radii(uint64_t width, const Threads& threads);
 
-  std::vector<Pixel> pixels_;
+  LargeVector<Pixel> pixels_;
   std::vector<float> depth_;         // of the first iteration
   std::vector<Vec3> normal_sum_;
   uint64_t iterations_ = 0;

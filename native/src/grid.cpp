@@ -11,7 +11,7 @@ int bits_for(uint64_t count, int least) {
   return bits;
 }
 
-constexpr int kBucketBits = 9;
+constexpr int kBucketBits = 9, kFewestSlotBits = kBucketBits + 6;  // a bucket holds whole blocks
 constexpr uint64_t kChunk = 1 << 16;
 
 }  // namespace
@@ -33,22 +33,21 @@ void Occupancy::mark(Vec3 p, float radius) {
   const uint64_t bit = uint64_t{1} << (level & 63);
   auto& levels = levels_[level >> 6];
   if (!(levels.load(std::memory_order_relaxed) & bit)) levels.fetch_or(bit, std::memory_order_relaxed);
-  visit_cells(p, radius, [&](CellKey key) {
-    auto& word = bits_[key >> shift_];
-    const uint64_t mark = uint64_t{1} << (key & 63);
-    if (!(word.load(std::memory_order_relaxed) & mark)) word.fetch_or(mark, std::memory_order_relaxed);
+  visit_cell_runs(p, radius, [&](CellKey first, uint32_t more) {
+    auto& word = bits_[first >> shift_];
+    const uint64_t marks = ((uint64_t{2} << more) - 1) << (first % kCellsInBlock);
+    if (~word.load(std::memory_order_relaxed) & marks) word.fetch_or(marks, std::memory_order_relaxed);
   });
 }
 
-void Grid::build(std::span<const CellKey> keys, const Threads& threads) {
+std::unique_ptr<uint32_t[]> Grid::build(std::span<const CellKey> keys, const Threads& threads) {
   const uint64_t n = keys.size();
   if (n >> 32) throw Error(SPPM_OUT_OF_MEMORY, "more than 2^32 photons to store in an iteration: lower photons_per_iteration");
-  const int slot_bits = bits_for(n, kBucketBits);
+  const int slot_bits = bits_for(n, kFewestSlotBits);
   shift_ = 64 - slot_bits;
   const uint64_t buckets = uint64_t{1} << kBucketBits, slots_per_bucket = uint64_t{1} << (slot_bits - kBucketBits);
   const uint64_t chunks = (n + kChunk - 1) / kChunk;
-  order_.resize(n);
-  bucketed_.resize(n);
+  auto order = std::make_unique_for_overwrite<uint32_t[]>(n), bucketed = std::make_unique_for_overwrite<uint32_t[]>(n);
   starts_.resize((uint64_t{1} << slot_bits) + 1);
 
   // Count by bucket and chunk, so that each chunk then knows where its elements go.
@@ -66,23 +65,24 @@ void Grid::build(std::span<const CellKey> keys, const Threads& threads) {
   for (uint64_t b = 0; b < buckets && chunks > 0; ++b) bucket_start[b] = offsets[b * chunks];
   threads.for_each(chunks, [&](uint64_t c) {
     for (uint64_t i = c * kChunk; i < std::min(n, (c + 1) * kChunk); ++i)
-      bucketed_[offsets[(keys[i] >> (64 - kBucketBits)) * chunks + c]++] = static_cast<uint32_t>(i);
+      bucketed[offsets[(keys[i] >> (64 - kBucketBits)) * chunks + c]++] = static_cast<uint32_t>(i);
   });
 
   // Within a bucket: a counting sort by slot.
   threads.for_each(buckets, [&](uint64_t b) {
     const uint32_t begin = bucket_start[b], end = bucket_start[b + 1];
     std::vector<uint32_t> next(slots_per_bucket + 1, 0);
-    const auto local_slot = [&](uint32_t element) { return (keys[element] >> shift_) & (slots_per_bucket - 1); };
-    for (uint32_t i = begin; i < end; ++i) ++next[local_slot(bucketed_[i]) + 1];
+    const auto local_slot = [&](uint32_t element) { return slot(keys[element]) & (slots_per_bucket - 1); };
+    for (uint32_t i = begin; i < end; ++i) ++next[local_slot(bucketed[i]) + 1];
     next[0] = begin;
     for (uint64_t s = 0; s < slots_per_bucket; ++s) {
       next[s + 1] += next[s];
       starts_[b * slots_per_bucket + s] = next[s];
     }
-    for (uint32_t i = begin; i < end; ++i) order_[next[local_slot(bucketed_[i])]++] = bucketed_[i];
+    for (uint32_t i = begin; i < end; ++i) order[next[local_slot(bucketed[i])]++] = bucketed[i];
   });
   starts_.back() = static_cast<uint32_t>(n);
+  return order;
 }
 
 }  // namespace sppm

@@ -63,7 +63,7 @@ Image::Image(const SppmImageDesc& desc)
     return;
   }
   floats_.assign(desc.pixels, desc.pixels + count);
-  for (const float value : floats_) require(std::isfinite(value), "image '" + name + "': a pixel is not finite");
+  for (const float value : floats_) require(std::isfinite(value), [&] { return "image '" + name + "': a pixel is not finite"; });
 }
 
 Rgba Image::stored(int64_t x, int64_t y) const {

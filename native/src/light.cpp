@@ -129,6 +129,7 @@ void Lights::build_choice() {
 }
 
 std::optional<LightTree::Choice> Lights::choose(Vec3 p, float& u) const {
+  if (lit_entries_.size() == 1) return LightTree::Choice{lit_entries_[0], 1};
   const auto rest = [&u](float below, float share) { u = std::min((u - below) / share, 0x1.fffffep-1f); };
   const auto alike = [&] {
     rest(0, kAlike);
@@ -159,6 +160,7 @@ float Lights::near_share(Vec3 p) const {
 }
 
 float Lights::probability(uint32_t entry, Vec3 p) const {
+  if (lit_entries_.size() == 1) return 1;
   const float alike = kAlike / static_cast<float>(lit_entries_.size()), near = near_share(p);
   for (size_t i = 0; i < far_entries_.size(); ++i)
     if (far_entries_[i] == entry) return alike + (1 - kAlike) * (1 - near) * far_.probability(i);

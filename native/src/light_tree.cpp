@@ -33,7 +33,7 @@ float LightBounds::irradiance(Vec3 p) const {
   const Vec3 to_point = p - center;
   const float d2 = length_squared(to_point), r2 = square(radius);
   float off = 0;  // how far p is outside the full intensity, at least
-  if (d2 > r2) {
+  if (d2 > r2 && spread < kPi) {
     off = angle_between(axis, to_point / std::sqrt(d2)) - std::asin(std::sqrt(r2 / d2)) - spread - 1e-3f;
     if (off > fade) return 0;
   }

@@ -51,6 +51,35 @@ float Materials::caster_strength(const Closure& c) {
   return lobe.photon_share() * luminance(c.weight.value) * luminance(color) * reflected;
 }
 
+template <typename Add>
+void Materials::visit_lobes(const Material& material, const SurfaceAttributes& at, Add add) const {
+  const AlbedoTable* cover = nullptr;
+  float cover_roughness = 0;
+  for (const Closure& c : material.closures) {
+    if (!scatters(c.type)) continue;
+    const Vec3 weight = max(c.weight.color(*textures_, at), {});
+    const float roughness = std::clamp(c.roughness.scalar(*textures_, at), 0.0f, 1.0f);
+    if (!is_black(weight)) {
+      Lobe lobe;
+      lobe.type = lobe_type(c.type, c.flags);
+      lobe.weight = weight;
+      lobe.color = max(c.color.color(*textures_, at), {});
+      lobe.color2 = max(c.color2.color(*textures_, at), {});
+      lobe.roughness = roughness;
+      lobe.ior = c.ior;
+      lobe.edge_by_ior = c.flags & SPPM_CLOSURE_EDGE_BY_IOR;
+      lobe.separable = c.flags & SPPM_CLOSURE_SEPARABLE;
+      lobe.alpha = alpha_of(lobe);
+      lobe.multiple_scattering = lobe.alpha > 0 ? c.multiple_scattering : nullptr;
+      lobe.multiple_scattering_inside = c.multiple_scattering_inside;
+      lobe.cover = cover;
+      lobe.cover_roughness = cover_roughness;
+      add(lobe);
+    }
+    if (c.cover && !is_black(weight)) cover = c.cover, cover_roughness = roughness;
+  }
+}
+
 uint32_t Materials::add(const SppmMaterialDesc& desc) {
   const std::string name = std::string("material '") + (desc.name ? desc.name : "") + "'";
   require(desc.closure_count <= kMaxClosures, name + ": closure_count must be at most 16");
@@ -79,36 +108,17 @@ uint32_t Materials::add(const SppmMaterialDesc& desc) {
     material.textured |= closure.weight.texture || closure.color.texture || closure.color2.texture || closure.roughness.texture;
     material.closures.push_back(closure);
   }
+  if (!material.textured) visit_lobes(material, {}, [&](const Lobe& lobe) { material.lobes.push_back(lobe); });
   materials_.push_back(std::move(material));
   return static_cast<uint32_t>(materials_.size());
 }
 
 void Materials::lobes(uint32_t id, const SurfaceAttributes& at, Bsdf& bsdf) const {
-  const AlbedoTable* cover = nullptr;
-  float cover_roughness = 0;
-  for (const Closure& c : materials_[id - 1].closures) {
-    if (!scatters(c.type)) continue;
-    const Vec3 weight = max(c.weight.color(*textures_, at), {});
-    const float roughness = std::clamp(c.roughness.scalar(*textures_, at), 0.0f, 1.0f);
-    if (!is_black(weight)) {
-      Lobe lobe;
-      lobe.type = lobe_type(c.type, c.flags);
-      lobe.weight = weight;
-      lobe.color = max(c.color.color(*textures_, at), {});
-      lobe.color2 = max(c.color2.color(*textures_, at), {});
-      lobe.roughness = roughness;
-      lobe.ior = c.ior;
-      lobe.edge_by_ior = c.flags & SPPM_CLOSURE_EDGE_BY_IOR;
-      lobe.separable = c.flags & SPPM_CLOSURE_SEPARABLE;
-      lobe.alpha = alpha_of(lobe);
-      lobe.multiple_scattering = lobe.alpha > 0 ? c.multiple_scattering : nullptr;
-      lobe.multiple_scattering_inside = c.multiple_scattering_inside;
-      lobe.cover = cover;
-      lobe.cover_roughness = cover_roughness;
-      bsdf.lobes[static_cast<size_t>(bsdf.count++)] = lobe;
-    }
-    if (c.cover && !is_black(weight)) cover = c.cover, cover_roughness = roughness;
-  }
+  const Material& material = materials_[id - 1];
+  if (material.textured)
+    visit_lobes(material, at, [&](const Lobe& lobe) { bsdf.add(lobe); });
+  else
+    bsdf.refer_to(material.lobes);
 }
 
 Vec3 Materials::emission(uint32_t id, const SurfaceAttributes& at) const {

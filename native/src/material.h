@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -16,22 +17,31 @@ namespace sppm {
 inline constexpr int kMaxClosures = 16;
 
 // The scattering of one surface point.
-struct Bsdf {
+class Bsdf {
+ public:
   explicit Bsdf(const ShadingPoint& point) : at(point) {}
 
-  ShadingPoint at;
-  int count = 0;
-  // Only the first `count` exist: clearing room for all of them at every hit costs as much as a ray.
-  union {
-    std::array<Lobe, kMaxClosures> lobes;
-  };
+  void add(const Lobe& lobe) { own_[static_cast<size_t>(count++)] = lobe; }
+  // Takes lobes that outlive this, in place of all that were added.
+  void refer_to(std::span<const Lobe> lobes) { others_ = lobes.data(), count = static_cast<int>(lobes.size()); }
 
-  const Lobe* begin() const { return lobes.data(); }
-  const Lobe* end() const { return lobes.data() + count; }
+  const Lobe* begin() const { return others_ ? others_ : own_.data(); }
+  const Lobe* end() const { return begin() + count; }
+  const Lobe& operator[](int i) const { return begin()[i]; }
   // True if some lobe scatters into more than single directions, so that lights and photons can be used here.
   bool rough() const {
     return std::any_of(begin(), end(), [](const Lobe& lobe) { return !lobe.smooth(); });
   }
+
+  ShadingPoint at;
+  int count = 0;
+
+ private:
+  const Lobe* others_ = nullptr;
+  // Only those that were added exist: clearing room for all of them at every hit costs as much as a ray.
+  union {
+    std::array<Lobe, kMaxClosures> own_;
+  };
 };
 
 class Materials {
@@ -65,12 +75,15 @@ class Materials {
   };
   struct Material {
     std::vector<Closure> closures;
+    std::vector<Lobe> lobes;  // the same at every point, unless textured
     bool emits = false, transparent = false, textured = false;
     float caster_strength = 0;
   };
   Param param(const SppmParam& desc, const std::string& where, float largest) const;
   const AlbedoTable* table(LobeType type, float ior);
   static float caster_strength(const Closure& closure);
+  template <typename Add>
+  void visit_lobes(const Material& material, const SurfaceAttributes& at, Add add) const;
 
   const Textures* textures_;
   std::vector<Material> materials_;

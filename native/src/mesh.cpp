@@ -5,6 +5,10 @@
 namespace sppm {
 namespace {
 
+// The plane of a needle, whose edges are nearly parallel, is known worse by the ratio of their product to its area; beyond the last
+// ratio it is not known at all.
+constexpr float kNeedleUlps = 2 * 0x1p-23f, kLargestNeedle = 1e4f;
+
 using Triples = std::vector<std::array<uint32_t, 3>>;
 
 Triples copy_triples(const uint32_t* data, uint64_t count, uint64_t limit, const std::string& what) {
@@ -12,8 +16,9 @@ Triples copy_triples(const uint32_t* data, uint64_t count, uint64_t limit, const
   for (uint64_t i = 0; i < count; ++i)
     for (size_t k = 0; k < 3; ++k) {
       const uint32_t value = data[3 * i + k];
-      require(value < limit, what + " of triangle " + std::to_string(i) + " is " + std::to_string(value) + ", must be below " +
-                                 std::to_string(limit));
+      require(value < limit, [&] {
+        return what + " of triangle " + std::to_string(i) + " is " + std::to_string(value) + ", must be below " + std::to_string(limit);
+      });
       triples[i][k] = value;
     }
   return triples;
@@ -39,6 +44,17 @@ double area_of(const std::array<Vec3, 3>& p) {
   return std::isfinite(static_cast<float>(area)) ? area : 0;
 }
 
+Plane plane_of(const std::array<Vec3, 3>& v) {
+  const Vec3 e1 = v[1] - v[0], e2 = v[2] - v[0];
+  // In units of the longer edge: products of very long or very short ones leave the range of floats.
+  const float size = max_component(max(abs(e1), abs(e2)));
+  const Vec3 a = e1 / size, b = e2 / size, normal = cross(a, b);
+  const float l = length(normal), flat = clearance(0, e1, e2);
+  if (!(l > 0)) return {{}, flat};
+  const float needle = std::min(std::sqrt(length_squared(a) * length_squared(b)) / l, kLargestNeedle);
+  return {normal / l, flat + kNeedleUlps * size * needle};
+}
+
 Mesh::Mesh(const SppmMeshDesc& desc) : name(desc.name ? desc.name : "") {
   const std::string where = "mesh '" + name + "': ";
   constexpr uint64_t kLimit = uint64_t{1} << 31;
@@ -49,7 +65,7 @@ Mesh::Mesh(const SppmMeshDesc& desc) : name(desc.name ? desc.name : "") {
   positions.resize(desc.vertex_count + 1);  // Embree reads 16 bytes at each vertex: one spare at the end
   for (uint64_t i = 0; i < desc.vertex_count; ++i) {
     positions[i] = {desc.positions[3 * i], desc.positions[3 * i + 1], desc.positions[3 * i + 2]};
-    require(is_finite(positions[i]), where + "vertex " + std::to_string(i) + " is not finite");
+    require(is_finite(positions[i]), [&] { return where + "vertex " + std::to_string(i) + " is not finite"; });
     bounds.add(positions[i]);
   }
   indices = copy_triples(desc.indices, desc.triangle_count, desc.vertex_count, where + "indices");
@@ -58,6 +74,7 @@ Mesh::Mesh(const SppmMeshDesc& desc) : name(desc.name ? desc.name : "") {
     corners = copy_triples(desc.corners, desc.triangle_count, desc.corner_count, where + "corners");
   }
   if (desc.corner_normals) {
+    smooth = true;
     normals.resize(desc.corner_count);
     for (uint64_t i = 0; i < desc.corner_count; ++i) normals[i] = pack_safely(desc.corner_normals + 3 * i);
   }
@@ -69,13 +86,13 @@ Mesh::Mesh(const SppmMeshDesc& desc) : name(desc.name ? desc.name : "") {
     colors.resize(desc.corner_count);
     for (uint64_t i = 0; i < desc.corner_count; ++i) {
       colors[i] = {desc.corner_colors[3 * i], desc.corner_colors[3 * i + 1], desc.corner_colors[3 * i + 2]};
-      require(is_finite(colors[i]), where + "colour of corner " + std::to_string(i) + " is not finite");
+      require(is_finite(colors[i]), [&] { return where + "colour of corner " + std::to_string(i) + " is not finite"; });
     }
   }
   if (desc.material_slots) {
     slots.resize(desc.triangle_count);
     for (uint64_t i = 0; i < desc.triangle_count; ++i) {
-      require(desc.material_slots[i] <= 0xffff, where + "a material slot is above 65535");
+      require(desc.material_slots[i] <= 0xffff, [&] { return where + "a material slot is above 65535"; });
       slots[i] = static_cast<uint16_t>(desc.material_slots[i]);
       slot_count = std::max(slot_count, slots[i] + 1u);
     }
@@ -92,8 +109,27 @@ void Mesh::transform(const Affine& to_world) {
   }
 }
 
+void Mesh::make_facets(const Threads& threads) {
+  facets.resize(indices.size());
+  threads.for_blocks(facets.size(), 1 << 14, [&](uint64_t begin, uint64_t end) {
+    for (uint64_t t = begin; t < end; ++t) {
+      Facet& facet = facets[t];
+      for (size_t k = 0; k < 3; ++k) {
+        facet.p[k] = positions[indices[t][k]];
+        if (smooth) facet.normals[k] = normals[corners[t][k]];
+      }
+      facet.plane = plane_of(facet.p);
+    }
+  });
+}
+
+void Mesh::keep_facets_only() {
+  normals = {};
+  if (uvs.empty() && colors.empty()) corners = {};
+}
+
 uint64_t Mesh::memory() const {
-  return positions.size() * sizeof(Vec3) + (indices.size() + corners.size()) * 12 + normals.size() * 4 + uvs.size() * 8 +
+  return facets.size() * sizeof(Facet) + positions.size() * sizeof(Vec3) + (indices.size() + corners.size()) * 12 + normals.size() * 4 + uvs.size() * 8 +
          colors.size() * 12 + slots.size() * 2;
 }
 

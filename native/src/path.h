@@ -18,7 +18,7 @@ struct LobeChoice {
   LobeChoice(const Bsdf& bsdf, Vec3 transparency, Vec3 from, Share share) {
     through = luminance(transparency);
     float sum = through;
-    for (int i = 0; i < bsdf.count; ++i) sum += probability[i] = share(bsdf.lobes[i]) * estimated_albedo(bsdf.lobes[i], bsdf.at, from);
+    for (int i = 0; i < bsdf.count; ++i) sum += probability[i] = share(bsdf[i]) * estimated_albedo(bsdf[i], bsdf.at, from);
     if (!(sum > 0)) sum = 1;
     for (int i = 0; i < bsdf.count; ++i) probability[i] /= sum;
     through /= sum;

@@ -52,7 +52,7 @@ class PhotonPath {
         ray = surface->spawn_at_border(wi, ray.direction);
         continue;
       }
-      const Lobe& lobe = bsdf.lobes[chosen];
+      const Lobe& lobe = bsdf[chosen];
       const auto next = sample(lobe, bsdf.at, wi, {w[0], w[1], w[2]}, Transport::kPhoton);
       if (!next) return;
       const Vec3 scattered = beta * next->weight * (share(lobe) / choice.probability[static_cast<size_t>(chosen)]);
@@ -100,38 +100,6 @@ class PhotonPath {
 };
 
 }  // namespace
-
-void PhotonMap::build(std::vector<Block>& blocks, const Threads& threads) {
-  std::vector<uint64_t> key_start(blocks.size() + 1, 0), photon_start(blocks.size() + 1, 0);
-  for (size_t b = 0; b < blocks.size(); ++b) {
-    key_start[b + 1] = key_start[b] + blocks[b].keys.size();
-    photon_start[b + 1] = photon_start[b] + blocks[b].photons.size();
-  }
-  const uint64_t n = key_start.back();
-  stored_ = photon_start.back();
-  keys_.resize(n);
-  std::vector<const Photon*> photons(n);
-  threads.for_each(blocks.size(), [&](uint64_t b) {
-    for (size_t i = 0; i < blocks[b].keys.size(); ++i) {
-      keys_[key_start[b] + i] = blocks[b].keys[i];
-      photons[key_start[b] + i] = &blocks[b].photons[blocks[b].owners[i]];
-    }
-  });
-  grid_.build(keys_, threads);
-  x_.resize(n + kLanes), y_.resize(n + kLanes), z_.resize(n + kLanes), tags_.resize(n), sorted_.resize(n);
-  threads.for_blocks(n, 1 << 14, [&](uint64_t begin, uint64_t end) {
-    for (uint64_t i = begin; i < end; ++i) {
-      const uint32_t from = grid_.order()[i];
-      sorted_[i] = *photons[from];
-      x_[i] = sorted_[i].p.x, y_[i] = sorted_[i].p.y, z_[i] = sorted_[i].p.z;
-      tags_[i] = cell_tag(keys_[from]);
-    }
-  });
-}
-
-uint64_t PhotonMap::memory() const {
-  return occupancy_.memory() + grid_.memory() + keys_.capacity() * 8 + x_.capacity() * 16 + sorted_.capacity() * sizeof(Photon);
-}
 
 bool run_photon_pass(const Scene& scene, const PathSettings& settings, std::span<const PhotonBatch> batches, const Threads& threads,
                      const std::atomic<bool>& cancel, const PhotonMaps& maps, PhotonBlocks& blocks, std::span<RayCounts> counts) {

@@ -6,7 +6,16 @@ namespace sppm {
 namespace {
 
 constexpr int kDimensions = 4;
-using ByteTables = std::array<std::array<std::array<uint32_t, 256>, 4>, kDimensions>;
+// A number of each dimension. Loops over it become single instructions for all four.
+using Word4 = std::array<uint32_t, kDimensions>;
+using ByteTables = std::array<std::array<Word4, 256>, 4>;
+
+constexpr uint32_t reverse_bits(uint32_t x) {
+  x = __builtin_bswap32(x);
+  x = (x & 0x0f0f0f0fu) << 4 | (x >> 4 & 0x0f0f0f0fu);
+  x = (x & 0x33333333u) << 2 | (x >> 2 & 0x33333333u);
+  return (x & 0x55555555u) << 1 | (x >> 1 & 0x55555555u);
+}
 
 // Direction numbers of the first four Sobol dimensions (primitive polynomials 1, x+1, x^2+x+1, x^3+x+1).
 std::array<uint32_t, 32> direction_numbers(int dimension) {
@@ -30,6 +39,7 @@ std::array<uint32_t, 32> direction_numbers(int dimension) {
   return v;
 }
 
+// By the bytes of an index whose bits are reversed, to points whose bits are: the scrambling around both works on reversed bits.
 ByteTables make_tables() {
   ByteTables tables{};
   for (int d = 0; d < kDimensions; ++d) {
@@ -37,21 +47,15 @@ ByteTables make_tables() {
     for (int byte = 0; byte < 4; ++byte)
       for (int value = 0; value < 256; ++value)
         for (int bit = 0; bit < 8; ++bit)
-          if (value >> bit & 1) tables[d][byte][value] ^= v[8 * byte + bit];
+          if (value >> bit & 1) tables[byte][value][d] ^= reverse_bits(v[31 - (8 * byte + bit)]);
   }
   return tables;
 }
 
 const ByteTables kTables = make_tables();
 
-inline uint32_t reverse_bits(uint32_t x) {
-  x = __builtin_bswap32(x);
-  x = (x & 0x0f0f0f0fu) << 4 | (x >> 4 & 0x0f0f0f0fu);
-  x = (x & 0x33333333u) << 2 | (x >> 2 & 0x33333333u);
-  return (x & 0x55555555u) << 1 | (x >> 1 & 0x55555555u);
-}
-
-// Laine-Karras hash with Vegdahl's constants: scrambles each bit by a hash of the bits below it.
+// Laine-Karras hash with Vegdahl's constants: scrambles each bit by a hash of the bits below it. On reversed bits it is an Owen
+// scrambling.
 inline uint32_t scramble_upward(uint32_t x, uint32_t seed) {
   x ^= x * 0x3d20adeau;
   x += seed;
@@ -59,13 +63,6 @@ inline uint32_t scramble_upward(uint32_t x, uint32_t seed) {
   x ^= x * 0x05526c56u;
   x ^= x * 0x53a22864u;
   return x;
-}
-
-inline uint32_t owen_scramble(uint32_t x, uint32_t seed) { return reverse_bits(scramble_upward(reverse_bits(x), seed)); }
-
-inline uint32_t sobol(int d, uint32_t i) {
-  const auto& t = kTables[d];
-  return t[0][i & 255] ^ t[1][i >> 8 & 255] ^ t[2][i >> 16 & 255] ^ t[3][i >> 24];
 }
 
 // Odd multipliers that make four independent seeds of one hash (from the spectral tables of Steele and Vigna 2021).
@@ -95,13 +92,18 @@ struct FilterTable {
 
 }  // namespace
 
+Sampler::Sampler(uint64_t stream, uint64_t index)
+    : seed_(hash64(hash64(stream, index >> 32) + 0x9e3779b97f4a7c15u)), reversed_index_(reverse_bits(static_cast<uint32_t>(index))) {}
+
 Sample4 Sampler::at(uint32_t group) const {
-  const uint64_t h = hash64(seed_, group);
-  const uint32_t index = owen_scramble(index_, static_cast<uint32_t>(h));
+  const uint64_t h = hash64(seed_ ^ group);
+  const uint32_t i = scramble_upward(reversed_index_, static_cast<uint32_t>(h));
+  const Word4 &a = kTables[0][i & 255], &b = kTables[1][i >> 8 & 255], &c = kTables[2][i >> 16 & 255], &e = kTables[3][i >> 24];
   Sample4 sample;
   for (int d = 0; d < kDimensions; ++d) {
-    const uint32_t seed = static_cast<uint32_t>(h * kSeedFactors[d] >> 32);
-    sample.v[d] = static_cast<float>(owen_scramble(sobol(d, index), seed) >> 8) * 0x1p-24f;
+    const auto seed = static_cast<uint32_t>(h * kSeedFactors[d] >> 32);
+    const uint32_t point = reverse_bits(scramble_upward(a[d] ^ b[d] ^ c[d] ^ e[d], seed));
+    sample.v[d] = static_cast<float>(static_cast<int32_t>(point >> 8)) * 0x1p-24f;
   }
   return sample;
 }

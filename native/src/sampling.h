@@ -31,14 +31,14 @@ struct Sample4 {
 // The points of one camera path or one photon.
 class Sampler {
  public:
-  Sampler(uint64_t stream, uint64_t index) : seed_(hash64(stream, index >> 32)), index_(static_cast<uint32_t>(index)) {}
+  Sampler(uint64_t stream, uint64_t index);
   // The next four dimensions.
   Sample4 next() { return at(group_++); }
   Sample4 at(uint32_t group) const;
 
  private:
-  uint64_t seed_;
-  uint32_t index_;
+  uint64_t seed_;  // a hash
+  uint32_t reversed_index_;  // its lowest bit first
   uint32_t group_ = 0;
 };
 

@@ -5,10 +5,6 @@
 namespace sppm {
 namespace {
 
-// The plane of a needle, whose edges are nearly parallel, is known worse by the ratio of their product to its area; beyond the last
-// ratio it is not known at all.
-constexpr float kNeedleUlps = 2 * 0x1p-23f, kLargestNeedle = 1e4f;
-
 // At the rims of smooth-shaded meshes the interpolated normal may face away from where the surface is seen from, and nothing would scatter
 // that way: it is bent until it just faces w, as much as ng does.
 Vec3 seen_from(Vec3 w, Vec3 ns, Vec3 ng) {
@@ -39,18 +35,15 @@ Ray SurfacePoint::spawn_at_border(Vec3 from, Vec3 w, float far) const {
 }
 
 std::array<Vec3, 3> Scene::vertices(const Instance& instance, uint32_t triangle) const {
-  const Mesh& mesh = *meshes_[instance.mesh];
-  const auto& index = mesh.indices[triangle];
-  std::array<Vec3, 3> v{mesh.positions[index[0]], mesh.positions[index[1]], mesh.positions[index[2]]};
+  std::array<Vec3, 3> v = meshes_[instance.mesh]->facets[triangle].p;
   if (!instance.identity)
     for (Vec3& p : v) p = instance.transform.point(p);
   return v;
 }
 
 float Scene::reach(const Instance& instance, uint32_t triangle) const {
-  const Mesh& mesh = *meshes_[instance.mesh];
   float largest = 0;
-  for (const uint32_t index : mesh.indices[triangle]) largest = std::max(largest, instance.transform.reach(mesh.positions[index]));
+  for (const Vec3 p : meshes_[instance.mesh]->facets[triangle].p) largest = std::max(largest, instance.transform.reach(p));
   return largest;
 }
 
@@ -68,27 +61,23 @@ SurfaceAttributes Scene::attributes(const Mesh& mesh, uint32_t triangle, float u
 }
 
 std::optional<SurfacePoint> Scene::intersect(const Ray& ray) const {
+  // One object for all ways out, which the compiler then makes in the caller's place: copies of it took a tenth of this function.
+  std::optional<SurfacePoint> found;
   const auto hit = accel_.intersect(ray);
-  if (!hit) return std::nullopt;
+  if (!hit) return found;
   const Instance& instance = instances_[hit->instance];
   const Mesh& mesh = *meshes_[instance.mesh];
-  const auto v = vertices(instance, hit->triangle);
-  const Vec3 e1 = v[1] - v[0], e2 = v[2] - v[0];
-  // In units of the longer edge: products of very long or very short ones leave the range of floats.
-  const float size = max_component(max(abs(e1), abs(e2)));
-  const Vec3 a = e1 / size, b = e2 / size, normal = cross(a, b);
-  const float l = length(normal);
-  const float needle = std::min(std::sqrt(length_squared(a) * length_squared(b)) / l, kLargestNeedle);
-  SurfacePoint s;
-  s.p = v[0] * (1 - hit->u - hit->v) + v[1] * hit->u + v[2] * hit->v;
-  s.ng = l > 0 ? normal / (instance.flip ? -l : l) : -ray.direction;
-  s.offset = clearance(instance.identity ? max_component(abs(s.p)) : reach(instance, hit->triangle), e1, e2) +
-             (l > 0 ? kNeedleUlps * size * needle : 0.0f);
+  const Facet& facet = mesh.facets[hit->triangle];
+  const float u = hit->u, v = hit->v, w = 1 - u - v;
+  SurfacePoint& s = found.emplace();
+  const std::array<Vec3, 3> p = vertices(instance, hit->triangle);
+  const Plane plane = instance.identity ? facet.plane : plane_of(p);
+  s.p = p[0] * w + p[1] * u + p[2] * v;
+  s.ng = is_black(plane.normal) ? -ray.direction : instance.flip ? -plane.normal : plane.normal;
+  s.offset = clearance(instance.identity ? max_component(abs(s.p)) : reach(instance, hit->triangle)) + plane.slack;
   s.ns = s.ng;
-  if (!mesh.normals.empty()) {
-    const auto& c = mesh.corners[hit->triangle];
-    const Vec3 n = unpack_direction(mesh.normals[c[0]]) * (1 - hit->u - hit->v) + unpack_direction(mesh.normals[c[1]]) * hit->u +
-                   unpack_direction(mesh.normals[c[2]]) * hit->v;
+  if (mesh.smooth) {
+    const Vec3 n = unpack_direction(facet.normals[0]) * w + unpack_direction(facet.normals[1]) * u + unpack_direction(facet.normals[2]) * v;
     const Vec3 world = instance.identity ? n : instance.transform.normal(n);
     const float world_length = length(world);
     if (world_length > 0) s.ns = seen_from(-ray.direction, face_toward(world / world_length, s.ng), s.ng);
@@ -96,8 +85,8 @@ std::optional<SurfacePoint> Scene::intersect(const Ray& ray) const {
   s.instance = hit->instance, s.triangle = hit->triangle;
   if (hit->t <= ray.touching.reach) s.touching = ray.touching;
   s.material = instance.materials[mesh.slot(hit->triangle)];
-  if (has_textures_) s.attributes = attributes(mesh, hit->triangle, hit->u, hit->v);
-  return s;
+  if (has_textures_) s.attributes = attributes(mesh, hit->triangle, u, v);
+  return found;
 }
 
 Vec3 Scene::transmittance(Ray ray, uint64_t& rays) const {

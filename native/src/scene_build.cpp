@@ -65,6 +65,9 @@ void Scene::commit(const Threads& threads) {
   for (Instance& i : instances_) {
     i.alone = uses[i.shape] == 1;
     settle(i);
+  }
+  for (const auto& mesh : meshes_) mesh->make_facets(threads);
+  for (const Instance& i : instances_) {
     placements.push_back(placement(i));
     triangle_count_ += meshes_[i.mesh]->indices.size();
     for (const uint32_t m : i.materials) {
@@ -83,6 +86,11 @@ void Scene::commit(const Threads& threads) {
       still_casters_.insert(still_casters_.end(), casters.begin(), casters.end());
   }
   commit_lights();
+  std::vector<bool> may_change(meshes_.size(), false);
+  for (const Instance& i : instances_)
+    if (i.movable) may_change[i.shape] = true;
+  for (size_t m = 0; m < meshes_.size(); ++m)
+    if (!may_change[m]) meshes_[m]->keep_facets_only();
   committed_ = true;
 }
 

@@ -101,6 +101,7 @@ void Scene::update(const Threads& threads) {
   bool lights_change = lamps_changed_;
   for (const uint32_t i : moved_instances_) {
     settle(instances_[i]);
+    if (instances_[i].identity) meshes_[instances_[i].mesh]->make_facets(threads);
     collect_emitters(instances_[i]);
     lights_change |= instances_[i].light != kNone || !instances_[i].casters.empty();
   }

@@ -1,6 +1,7 @@
 // The one exception of the library: a status for the C border and a message for the user.
 #pragma once
 
+#include <concepts>
 #include <stdexcept>
 #include <string>
 
@@ -19,6 +20,11 @@ class Error : public std::runtime_error {
 
 inline void require(bool condition, const std::string& message) {
   if (!condition) throw Error(SPPM_INVALID_ARGUMENT, message);
+}
+// For checks of millions: the message is made only where it is needed.
+template <std::invocable Message>
+void require(bool condition, const Message& message) {
+  if (!condition) throw Error(SPPM_INVALID_ARGUMENT, message());
 }
 
 }  // namespace sppm

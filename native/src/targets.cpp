@@ -12,6 +12,18 @@ constexpr float kSlack = 1 + 1e-5f;
 
 float cube(float x) { return x * x * x; }
 
+// By eights: a running sum would wait for each addition.
+float sum_of(const float* values, size_t n) {
+  constexpr size_t kLanes = 8;
+  float lanes[kLanes] = {}, total = 0;
+  size_t i = 0;
+  for (; i + kLanes <= n; i += kLanes)
+    for (size_t k = 0; k < kLanes; ++k) lanes[k] += values[i + k];
+  for (; i < n; ++i) total += values[i];
+  for (const float lane : lanes) total += lane;
+  return total;
+}
+
 }  // namespace
 
 Targets::Ball Targets::enclose(const Caster* begin, const Caster* end) {
@@ -59,20 +71,21 @@ std::optional<Targets::Direction> Targets::sample_direction(Vec3 p, float margin
   const size_t n = count();
   float cosine[kMost], weight[kMost];  // of the cone around each ball; strength times solid angle
   const float sin_half = safe_sqrt(1 - square(limit.cos_half));
-  float total = 0;
+  // By pointers and without branches: the compiler then takes eight balls at a time.
+  const float *x = x_.data(), *y = y_.data(), *z = z_.data(), *radius = radius_.data(), *strength = strength_.data();
   for (size_t i = 0; i < n; ++i) {
-    const float dx = x_[i] - p.x, dy = y_[i] - p.y, dz = z_[i] - p.z;
-    const float d2 = dx * dx + dy * dy + dz * dz, r2 = square(radius_[i] + margin);
-    const float sin2 = std::min(r2 / d2, 1.0f);
+    const float dx = x[i] - p.x, dy = y[i] - p.y, dz = z[i] - p.z;
+    const float d2 = dx * dx + dy * dy + dz * dz, r2 = square(radius[i] + margin), ratio = r2 / d2;
+    const float sin2 = ratio < 1 ? ratio : 1.0f;
     const float c = d2 > r2 ? std::sqrt(1 - sin2) : -1.0f;
     const float one_minus_cos = d2 > r2 ? sin2 / (1 + c) : 2.0f;
     const float along = (dx * limit.axis.x + dy * limit.axis.y + dz * limit.axis.z) / std::sqrt(d2);
     // The two cones meet unless their axes are apart by more than both their angles; those may make more than a half turn.
-    const bool apart = limit.cos_half > -c && along < limit.cos_half * c - sin_half * std::sqrt(sin2) - 1e-5f;
+    const bool apart = (limit.cos_half > -c) & (along < limit.cos_half * c - sin_half * std::sqrt(sin2) - 1e-5f);
     cosine[i] = c;
-    weight[i] = apart ? 0.0f : strength_[i] * one_minus_cos;
-    total += weight[i];
+    weight[i] = apart ? 0.0f : strength[i] * one_minus_cos;
   }
+  const float total = sum_of(weight, n);
   if (!(total > 0)) return std::nullopt;
   size_t chosen = 0;
   for (float rest = choice * total; chosen + 1 < n && rest >= weight[chosen]; ++chosen) rest -= weight[chosen];
@@ -86,13 +99,14 @@ std::optional<Targets::Direction> Targets::sample_direction(Vec3 p, float margin
     result.direction = normalize(Frame(normalize(to_chosen)).to_world(sample_cone(u, sin2 / (1 + cosine[chosen]))));
   }
   const Vec3 w = result.direction;
-  float density = 0;
+  float density[kMost];
   for (size_t i = 0; i < n; ++i) {
     const Vec3 d{x_[i] - p.x, y_[i] - p.y, z_[i] - p.z};
-    const bool ahead = cosine[i] < 0 || (dot(d, w) > 0 && length_squared(cross(d, w)) <= square(radius_[i] + margin));
-    density += weight[i] > 0 && (ahead || i == chosen) ? strength_[i] : 0.0f;
+    const bool ahead = (dot(d, w) > 0) & (length_squared(cross(d, w)) <= square(radius_[i] + margin));
+    density[i] = (weight[i] > 0) & ((cosine[i] < 0) | ahead) ? strength_[i] : 0.0f;
   }
-  result.pdf_solid_angle = density / (2 * kPi * total);
+  density[chosen] = strength_[chosen];
+  result.pdf_solid_angle = sum_of(density, n) / (2 * kPi * total);
   return result;
 }
 
@@ -110,13 +124,14 @@ Targets::Line Targets::sample_line(Vec3 direction, Vec2 u, float choice) const {
   const Frame across(direction);
   Line line;
   line.point = Vec3{x_[chosen], y_[chosen], z_[chosen]} + (across.s * d.x + across.t * d.y) * radius_[chosen];
-  float density = 0;
+  float density[kMost];
   for (size_t i = 0; i < n; ++i) {
     const Vec3 to_center{x_[i] - line.point.x, y_[i] - line.point.y, z_[i] - line.point.z};
     const bool met = length_squared(cross(to_center, direction)) <= square(radius_[i]);
-    density += met || i == chosen ? strength_[i] : 0.0f;
+    density[i] = met ? strength_[i] : 0.0f;
   }
-  line.pdf_area = density / (kPi * total);
+  density[chosen] = strength_[chosen];
+  line.pdf_area = sum_of(density, n) / (kPi * total);
   return line;
 }
 

@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "photon_pass.h"
+#include "photon_map.h"
 
 using namespace sppm;
 
@@ -52,7 +52,10 @@ struct Cloud {
 
 std::vector<int> found(const PhotonMap& map, const Query& q) {
   std::vector<int> ids;
-  map.visit_within(q.p, q.radius, [&](const Photon& photon) { ids.push_back(static_cast<int>(photon.power.x)); });
+  map.visit_within(q.p, q.radius, [&](const PhotonGroup& group, uint32_t lanes) {
+    for (uint32_t lane = 0; lane < PhotonGroup::kLanes; ++lane)
+      if (lanes >> lane & 1) ids.push_back(static_cast<int>(group.power(lane).x));
+  });
   return ids;
 }
 
@@ -98,6 +101,28 @@ TEST_CASE("a map may be filled again, for other queries") {
   for (const Query& q : second.queries) CHECK(found(map, q).size() == brute_force(second, q).size());
 }
 
+TEST_CASE("a photon takes at most 48 bytes in the map, and what announced queries leave behind is counted apart") {
+  PhotonMap map;
+  map.reset(1);
+  map.announce({}, 1);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> uniform(-1, 1);
+  std::vector<PhotonMap::Block> blocks(1);
+  for (uint32_t i = 0; i < 300000; ++i) {
+    const Vec3 p = Vec3{uniform(random), uniform(random), uniform(random)} * 0.5f;
+    map.occupancy().visit_marked(p, [&](CellKey key) {
+      blocks[0].keys.push_back(key);
+      blocks[0].owners.push_back(i);
+    });
+    blocks[0].photons.push_back({p, {1, 1, 1}});
+  }
+  map.build(blocks, Threads(1));
+  const double bytes = static_cast<double>(map.memory() - map.occupancy().memory()) / static_cast<double>(map.stored());
+  MESSAGE("bytes a stored photon: ", bytes);
+  CHECK(map.stored() == 300000);
+  CHECK(bytes <= 48);
+}
+
 TEST_CASE("far from the origin, at the smallest radius that positions resolve") {
   const float radius = 32 * 0x1p-23f * 1000;
   PhotonMap map;
@@ -121,8 +146,17 @@ TEST_CASE("a ball meets at most eight cells") {
   std::uniform_real_distribution<float> uniform(-1, 1);
   for (int i = 0; i < 10000; ++i) {
     int cells = 0;
-    visit_cells({uniform(random), uniform(random), uniform(random)}, std::pow(10.0f, 3 * uniform(random) - 3), [&](CellKey) { ++cells; });
+    visit_cell_runs({uniform(random), uniform(random), uniform(random)}, std::pow(10.0f, 3 * uniform(random) - 3),
+                    [&](CellKey, uint32_t more) { cells += static_cast<int>(1 + more); });
     CHECK((cells >= 1 && cells <= 8));
+  }
+}
+
+TEST_CASE("a level's cells are wider than its queries' balls, and the next level's are twice as wide") {
+  for (const float radius : {1e-15f, 1e-6f, 0.3f, 0.4f, 0.5f, 1.0f, 7.0f, 1e15f}) {
+    const float width = 1 / inverse_width(grid_level(radius));
+    CHECK((width >= 2.5f * radius && width <= 5 * radius));
+    CHECK(grid_level(2 * radius) <= grid_level(radius) + 1);
   }
 }
 
@@ -131,17 +165,17 @@ TEST_CASE("cells keep all elements, in their first order") {
     std::vector<CellKey> keys(n);
     for (size_t i = 0; i < n; ++i) keys[i] = hash64(i * 7 % 5000);
     Grid one, four;
-    one.build(keys, Threads(1)), four.build(keys, Threads(4));
+    const auto order = one.build(keys, Threads(1)), by_four = four.build(keys, Threads(4));
     CHECK(one.empty() == (n == 0));
-    CHECK(std::equal(one.order().begin(), one.order().end(), four.order().begin(), four.order().end()));
+    CHECK(std::equal(order.get(), order.get() + n, by_four.get()));
     std::vector<int> seen(n, 0);
-    for (const uint32_t e : one.order()) ++seen[e];
+    for (size_t i = 0; i < n; ++i) ++seen[order[i]];
     CHECK(std::all_of(seen.begin(), seen.end(), [](int count) { return count == 1; }));
     for (size_t k = 0; k < std::min<size_t>(n, 500); ++k) {
-      const auto [begin, end] = one.range(keys[k]);
+      const auto [begin, end] = one.range(keys[k], 0);
       std::vector<uint32_t> mine;
       for (uint32_t i = begin; i < end; ++i)
-        if (keys[one.order()[i]] == keys[k]) mine.push_back(one.order()[i]);
+        if (keys[order[i]] == keys[k]) mine.push_back(order[i]);
       CHECK(static_cast<size_t>(std::count(keys.begin(), keys.end(), keys[k])) == mine.size());
       CHECK(std::is_sorted(mine.begin(), mine.end()));
     }

@@ -26,7 +26,7 @@ TEST_CASE("whatever scatters a share that photons carry is a caster, so that the
             Bsdf bsdf(ShadingPoint{{0, 0, 1}, Frame({0, 0, 1})});
             materials.lobes(id, {}, bsdf);
             REQUIRE(bsdf.count == 1);
-            const Lobe& lobe = bsdf.lobes[0];
+            const Lobe& lobe = bsdf[0];
             CAPTURE(type);
             CAPTURE(roughness);
             CAPTURE(ior);

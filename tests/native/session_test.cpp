@@ -95,6 +95,11 @@ std::shared_ptr<Scene> room() {
 
 }  // namespace
 
+TEST_CASE("a pixel's state takes at most 160 bytes") {
+  MESSAGE("bytes a pixel: ", sizeof(Pixel));
+  CHECK(sizeof(Pixel) <= 160);
+}
+
 TEST_CASE("the picture does not depend on the number of threads, nor on the run") {
   const auto scene = room();
   std::vector<std::vector<float>> first;

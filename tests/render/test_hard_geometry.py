@@ -303,7 +303,9 @@ def test_smooth_shading_leaves_no_black_rims():
 
 @pytest.mark.slow
 def test_ten_million_triangles():
-    """Measured: 6 s on 2 cores and 75 bytes a triangle, of which 18 are its corners and its share of the vertices; the rest is the BVH."""
+    """Measured: 6 s on 2 cores and 139 bytes a triangle: 64 are its facet, 18 its corners and its share of the vertices; the rest is the
+    BVH.
+    """
     n = 2238
     x, y = np.meshgrid(np.linspace(-1, 1, n), np.linspace(-1, 1, n))
     positions = np.stack([x, y, 0 * x], axis=-1).reshape(-1, 3).astype(np.float32)
@@ -316,6 +318,6 @@ def test_ten_million_triangles():
         info, seconds = built.info(), time.monotonic() - started
     print(f"{info['triangle_count']} triangles: {seconds:.1f} s, {info['memory_bytes'] / 2**20:.0f} MB")
     assert info["triangle_count"] == 2 * (n - 1) ** 2 > 1e7
-    assert seconds < 90 and info["memory_bytes"] < 100 * info["triangle_count"]
+    assert seconds < 90 and info["memory_bytes"] < 164 * info["triangle_count"]
     flat = Scene().add(floor(1), diffuse(RHO)).light(LightType.POINT, at(0, 0, 1), 1).above(0.9, 0.5, size=64)
     assert np.allclose(render(scene, "Direct"), render(flat, "Direct"), rtol=1e-3)
