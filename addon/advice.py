@@ -11,6 +11,7 @@ import numpy as np
 from . import shell
 from .bounds import instance_boxes
 from .scene_desc import ClosureType, LightFlags, LightType, Projection
+from .wording import named
 
 _MAX_TRIANGLES = 2_000_000  # of all glass together; meshes beyond are taken to be sound
 _MAX_GLASS = 5000  # instances that are looked through
@@ -111,24 +112,18 @@ def _shell(mesh, slots):
 # ---------------------------------------------------------------- messages
 
 
-def _named(names):
-    """'A', or 'A' and how many more."""
-    names = list(dict.fromkeys(names))
-    return f"'{names[0]}'" + (f" (and {len(names) - 1} more)" if len(names) > 1 else "")
-
-
 def _of_shells(glass):
     mixed = [item.name for item in glass if item.shell.is_closed and not item.shell.is_consistent]
     inward = [item.name for item in glass if _looks_inward(item.shell) and not _is_bubble(item, glass)]
     is_open = [item.name for item in glass if not item.shell.is_closed and not item.shell.is_sheet]
     messages = []
     if mixed:
-        messages.append(f"object {_named(mixed)}: some faces of its glass look inwards, some outwards; recalculate its normals")
+        messages.append(f"object {named(mixed)}: some faces of its glass look inwards, some outwards; recalculate its normals")
     if inward:
-        messages.append(f"object {_named(inward)}: the faces of its glass look inwards, so that its inside counts as air; "
+        messages.append(f"object {named(inward)}: the faces of its glass look inwards, so that its inside counts as air; "
                         "recalculate its normals")
     if is_open:
-        messages.append(f"object {_named(is_open)}: its glass is an open shell, so light that enters never comes out of it; "
+        messages.append(f"object {named(is_open)}: its glass is an open shell, so light that enters never comes out of it; "
                         "close it or give it thickness, unless it is the surface of a liquid")
     return messages
 
@@ -154,7 +149,7 @@ def _of_small_lights(desc, glass):
                 found.append((light.name, names[0]))
     if not found:
         return []
-    return [f"light {_named(name for name, _ in found)}: it has no size, so it is not seen through the glass of '{found[0][1]}'; "
+    return [f"light {named(name for name, _ in found)}: it has no size, so it is not seen through the glass of '{found[0][1]}'; "
             "give it a radius"]
 
 
@@ -169,7 +164,7 @@ def _of_depth(desc, glass, max_depth):
     needed = 1 + sum(item.layers for item in most)
     if needed <= max_depth:
         return []
-    names = _named(item.name for item in most)
+    names = named(item.name for item in most)
     return [f"max depth {max_depth} cuts light off inside the glass of {names}: at least {needed} is needed"]
 
 
@@ -177,7 +172,7 @@ def _of_sun(desc, specular):
     suns = [light.name for light in desc.lights if light.type is LightType.SUN]
     if not suns or specular:
         return []
-    return [f"light {_named(suns)}: no object is made of glass, water or metal, so hardly any caustics are to be expected"]
+    return [f"light {named(suns)}: no object is made of glass, water or metal, so hardly any caustics are to be expected"]
 
 
 # ---------------------------------------------------------------- lines through boxes

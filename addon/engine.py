@@ -56,6 +56,7 @@ class _Render:
     def run(self):
         self._engine.update_stats("", "SPPM: exporting the scene")
         desc, warnings = export_scene(self._depsgraph, self._engine.camera_override)
+        self._settings.origin = desc.origin
         hints = advice.before_render(desc, self._settings.max_depth)
         self._tell(warnings, hints)
         self._engine.update_stats("", "SPPM: building the scene")
@@ -171,14 +172,17 @@ def session_settings(depsgraph):
     """The scene's settings as the library's."""
     scene, view_layer = depsgraph.scene, depsgraph.view_layer
     own = scene.sppm
-    names = ("iterations", "photons_per_iteration", "indirect", "radius_rule", "initial_radius", "gamma", "max_depth",
+    names = ("photons_per_iteration", "indirect", "radius_rule", "initial_radius", "gamma", "max_depth",
              "pixel_filter", "filter_width", "seed", "time_limit", "write_interval")
     return native.Settings(
         **{name: getattr(own, name) for name in names},
+        # An iteration is a sample a pixel.
+        iterations=view_layer.samples or own.iterations,
         snapshot_path=_snapshot_path(scene, view_layer) if own.write_interval > 0 else "",
         # `blender -t N` makes the mode FIXED for Blender's own renderers by the same property.
         threads=scene.render.threads if scene.render.threads_mode == "FIXED" else 0,
         transparent_film=scene.render.film_transparent,
+        **render_result.data_settings(scene, view_layer),
         passes=frozenset(render_result.requested_passes(view_layer) + render_result.measured_passes(own.write_interval > 0)),
     )
 

@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 import bpy
 from mathutils import Euler, Matrix
 
-from .compat_nodes import microfacets_are_separable, principled_input, principled_is_v2
+from .compat_nodes import default_is_principled, microfacets_are_separable, principled_input, principled_is_v2
 from .scene_desc import (
     Blend,
     ClosureDesc,
@@ -153,18 +153,18 @@ class MaterialExporter:
         self.needs = {}
 
     def export(self, material: bpy.types.Material | None) -> int:
-        """The id of `material` in the scene; None is Cycles' default surface, 0.8 grey."""
+        """The id of `material` in the scene; None is Cycles' default surface."""
         key = material.name_full if material else None
         if key not in self.ids:
             desc, needs = self.describe(material)
-            self.scene.materials.append(desc)
+            self.scene.materials.append(replace(desc, index=material.pass_index if material else 0))
             self.ids[key] = len(self.scene.materials)
             self.needs[self.ids[key]] = needs
         return self.ids[key]
 
     def describe(self, material):
         if material is None:
-            return MaterialDesc("default", (diffuse(gray(0.8)),)), Needs()
+            return MaterialDesc("default", default_surface()), Needs()
         if (bpy.app.version < (5, 0, 0) and not material.use_nodes) or material.node_tree is None:
             return MaterialDesc(material.name, (diffuse(rgb(material.diffuse_color)),)), Needs()
         walk = Walk(self, material)
@@ -366,6 +366,14 @@ def warn_of_normals(walk, node):
 
 def diffuse(color: Param) -> ClosureDesc:
     return ClosureDesc(ClosureType.DIFFUSE, color=color)
+
+
+def default_surface() -> tuple:
+    base = diffuse(gray(0.8))
+    if not default_is_principled():
+        return (base,)
+    flags = ClosureFlags.ATTENUATE | ClosureFlags.PRESERVE_ENERGY
+    return (ClosureDesc(ClosureType.COAT, flags, roughness=gray(0.5), ior=1.5), base)
 
 
 def microfacet_flags(node) -> ClosureFlags:

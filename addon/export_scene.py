@@ -11,17 +11,19 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from . import compat
 from .bounds import instance_boxes
 from .export_camera import export_camera
 from .export_image import ImageExporter
 from .export_light import export_light, export_world
 from .export_material import MaterialExporter
 from .export_mesh import export_mesh
-from .scene_desc import InstanceDesc, SceneDesc
+from .scene_desc import InstanceDesc, InstanceFlags, SceneDesc
+from .wording import named
 
 _UNSUPPORTED = {"CURVES": "hair curves", "VOLUME": "a volume", "POINTCLOUD": "a point cloud", "GPENCIL": "grease pencil",
                 "GREASEPENCIL": "grease pencil"}
-_RAY_VISIBILITY = ("camera", "diffuse", "glossy", "transmission", "shadow")
+_OTHER_RAYS = ("diffuse", "glossy", "transmission", "shadow")
 
 
 def export_scene(depsgraph, camera=None):
@@ -42,9 +44,11 @@ def export_scene(depsgraph, camera=None):
     scene = depsgraph.scene_eval
     camera = camera or scene.camera
     walk.desc.camera = export_camera(camera.evaluated_get(depsgraph) if camera else None, scene.render, walk.warn)
-    walk.desc.world = export_world(scene.world, walk.images.export, walk.warn)
+    if depsgraph.view_layer.use_sky:
+        walk.desc.world = export_world(compat.world_of(scene, depsgraph.view_layer_eval), walk.images.export, walk.warn)
     for instance in depsgraph.object_instances:
         walk.visit(instance)
+    walk.warn_of_objects()
     return _moved_to_origin(walk.desc), walk.warnings
 
 
@@ -65,10 +69,16 @@ class _Walk:
         self._depsgraph = depsgraph
         self._materials = MaterialExporter(self.desc, self.warn, self.images)
         self._meshes = {}  # address -> (mesh id or 0, wants UVs, wanted colours)
+        self._objects_with = {}  # what is said of objects, once for all of them -> their names
 
     def warn(self, message):
         if message not in self.warnings:
             self.warnings.append(message)
+
+    def warn_of_objects(self):
+        """One message for each kind of what objects ask for and do not get."""
+        for what, names in self._objects_with.items():
+            self.warn(f"object {named(names)}: {what}")
 
     def visit(self, instance):
         """Exports one instance if it shows itself; an instancer may hide behind what it instances."""
@@ -83,7 +93,8 @@ class _Walk:
                 self.desc.lights.append(light)
         elif isinstance(obj.data, bpy.types.Mesh):
             # Curves, texts, surfaces and metaballs pass by twice: as themselves, and as the mesh that they evaluate to.
-            self._add_instance(obj, instance.matrix_world)
+            if self._depsgraph.view_layer.use_solid:
+                self._add_instance(obj, instance.parent if instance.is_instance else obj, instance.matrix_world)
         elif obj.type in _UNSUPPORTED:
             self.warn(f"object '{obj.name}': {_UNSUPPORTED[obj.type]} cannot be rendered and is left out")
 
@@ -92,8 +103,10 @@ class _Walk:
             if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
                 self.warn(f"object '{obj.name}': particle hair '{system.name}' cannot be rendered and is left out")
 
-    def _add_instance(self, obj, matrix):
-        if not self._is_visible(obj):
+    def _add_instance(self, obj, parent, matrix):
+        """`parent` is what instances the object, or the object itself."""
+        flags = self._flags(obj, parent)
+        if flags is None:
             return
         transform = np.array(matrix, dtype=np.float64)[:3]
         if not np.isfinite(transform).all():
@@ -101,18 +114,29 @@ class _Walk:
             return
         if np.linalg.matrix_rank(transform[:, :3]) < 2:
             return  # scaled to a point or a line; what is squeezed flat still shows
-        materials = tuple(self._materials.export(material) for material in _materials_of(obj))
+        override = self._depsgraph.view_layer_eval.material_override
+        materials = tuple(self._materials.export(override or material) for material in _materials_of(obj))
         mesh_id = self._mesh_id(obj, materials)
         if mesh_id:
-            self.desc.instances.append(InstanceDesc(obj.name, mesh_id, materials, transform))
+            self.desc.instances.append(InstanceDesc(obj.name, mesh_id, materials, transform, flags, obj.pass_index))
 
-    def _is_visible(self, obj):
-        visible = [getattr(obj, f"visible_{ray}", True) for ray in _RAY_VISIBILITY]
-        if any(visible) and not all(visible):
-            self.warn(f"object '{obj.name}': ray visibility is ignored, it is seen by all rays")
-        if getattr(obj, "is_holdout", False) or getattr(obj, "is_shadow_catcher", False):
-            self.warn(f"object '{obj.name}': holdouts and shadow catchers are rendered as ordinary objects")
-        return any(visible)
+    def _flags(self, obj, parent):
+        """How camera rays see an object, None if no ray sees it; what is said of an instancer counts for what it instances."""
+        def seen_by(ray):
+            return getattr(obj, f"visible_{ray}") and getattr(parent, f"visible_{ray}")
+
+        layer = self._depsgraph.view_layer
+        holdout = parent.original.holdout_get(view_layer=layer)
+        camera = seen_by("camera") and (holdout or not parent.original.indirect_only_get(view_layer=layer))
+        others = [seen_by(ray) for ray in _OTHER_RAYS]
+        if not camera and not any(others):
+            return None
+        if not all(others):
+            self._objects_with.setdefault("ray visibility counts for camera rays only, all other rays see it", []).append(obj.name)
+        if obj.is_shadow_catcher or parent.is_shadow_catcher:
+            self._objects_with.setdefault("a shadow catcher is rendered as an ordinary object", []).append(obj.name)
+        flags = InstanceFlags.HOLDOUT if holdout else InstanceFlags.NONE
+        return flags if camera else flags | InstanceFlags.HIDDEN_FROM_CAMERA
 
     def _mesh_id(self, obj, materials):
         """The mesh's id, 0 if it is empty; read again only if another instance's materials want more of it."""
@@ -138,11 +162,12 @@ class _Walk:
         return mesh_id
 
     def _wants(self, obj, materials):
-        """(whether any material reads UVs, name of the colour attribute read or None)."""
+        """(whether UVs are read, by a material or for their pass, name of the colour attribute read or None)."""
         names = {_color_name(self._materials.needs_colors(material)) for material in materials} - {None}
         if len(names) > 1:
             self.warn(f"object '{obj.name}': its materials read several colour attributes, only one can be used")
-        return any(self._materials.needs_uvs(material) for material in materials), min(names, default=None)
+        wants_uvs = self._depsgraph.view_layer.use_pass_uv or any(self._materials.needs_uvs(material) for material in materials)
+        return wants_uvs, min(names, default=None)
 
 
 def _color_name(answer):

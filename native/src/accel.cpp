@@ -33,7 +33,7 @@ RTCRayHit make_query(const Ray& ray) {
   query.ray.org_x = ray.origin.x, query.ray.org_y = ray.origin.y, query.ray.org_z = ray.origin.z;
   query.ray.dir_x = ray.direction.x, query.ray.dir_y = ray.direction.y, query.ray.dir_z = ray.direction.z;
   query.ray.tnear = ray.near, query.ray.tfar = ray.far;
-  query.ray.mask = 0xffffffffu;
+  query.ray.mask = ray.kind;
   query.hit.geomID = query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   return query;
 }
@@ -124,7 +124,8 @@ struct Accel::Impl {
     const RTCError error = rtcGetDeviceError(device);
     if (error != RTC_ERROR_NONE) throw Error(status_of(error), "Embree failed with error " + std::to_string(error));
   }
-  void attach(RTCScene target, RTCGeometry geometry, uint32_t id) const {
+  void attach(RTCScene target, RTCGeometry geometry, uint32_t id, bool hidden_from_camera = false) const {
+    rtcSetGeometryMask(geometry, hidden_from_camera ? Ray::kOther : Ray::kCamera | Ray::kOther);
     rtcCommitGeometry(geometry);
     rtcAttachGeometryByID(target, geometry, id);
     rtcReleaseGeometry(geometry);
@@ -163,13 +164,13 @@ void Accel::build(std::span<const Placement> placements) {
   for (uint32_t i = 0; i < placements.size(); ++i) {
     const Placement& p = placements[i];
     if (p.identity) {
-      impl_->attach(impl_->scene, impl_->triangles(*p.mesh), i);
+      impl_->attach(impl_->scene, impl_->triangles(*p.mesh), i, p.hidden_from_camera);
       continue;
     }
     RTCGeometry geometry = rtcNewGeometry(impl_->device, RTC_GEOMETRY_TYPE_INSTANCE);
     rtcSetGeometryInstancedScene(geometry, impl_->part(p.mesh));
     rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, p.transform.m.data());
-    impl_->attach(impl_->scene, geometry, i);
+    impl_->attach(impl_->scene, geometry, i, p.hidden_from_camera);
   }
   rtcCommitScene(impl_->scene);
   impl_->check();

@@ -21,6 +21,7 @@ struct Placement {
   const Mesh* mesh;
   Affine transform;
   bool identity;  // the mesh is already in world space
+  bool hidden_from_camera = false;
 };
 
 // False where rays cannot be brought to the object's space: it is squeezed flat or nearly so, or very small or far away.

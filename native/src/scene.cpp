@@ -76,6 +76,9 @@ uint32_t Scene::add_instance(const SppmInstanceDesc& desc) {
   for (const float m : desc.transform) require(std::isfinite(m), where + "transform must be finite");
   std::copy(desc.transform, desc.transform + 12, instance.transform.m.begin());
   instance.flip = instance.transform.determinant() < 0;
+  require(desc.flags <= (SPPM_INSTANCE_HOLDOUT | SPPM_INSTANCE_HIDDEN_FROM_CAMERA), where + "flags must be SppmInstanceFlags");
+  instance.holdout = desc.flags & SPPM_INSTANCE_HOLDOUT, instance.hidden_from_camera = desc.flags & SPPM_INSTANCE_HIDDEN_FROM_CAMERA;
+  instance.index = desc.index;
   for (uint32_t i = 0; i < desc.material_count; ++i) {
     require(desc.materials[i] >= 1 && desc.materials[i] <= materials.count(),
             where + "material " + std::to_string(desc.materials[i]) + " is not of this scene");
@@ -153,7 +156,8 @@ void Scene::commit(const Threads& threads) {
   move_single_meshes();
   std::vector<Placement> placements;
   for (Instance& i : instances_) {
-    placements.push_back({meshes_[i.mesh].get(), i.transform, i.identity});
+    placements.push_back({meshes_[i.mesh].get(), i.transform, i.identity, i.hidden_from_camera});
+    has_attributes_ |= !meshes_[i.mesh]->uvs.empty() || !meshes_[i.mesh]->colors.empty();
     triangle_count_ += meshes_[i.mesh]->indices.size();
     for (const uint32_t m : i.materials) {
       has_transparent_ |= materials.transparent(m);
@@ -231,7 +235,7 @@ std::optional<SurfacePoint> Scene::intersect(const Ray& ray) const {
   s.instance = hit->instance, s.triangle = hit->triangle;
   if (hit->t <= ray.touching.reach) s.touching = ray.touching;
   s.material = instance.materials[mesh.slot(hit->triangle)];
-  if (has_textures_) s.attributes = attributes(mesh, hit->triangle, hit->u, hit->v);
+  if (has_attributes_) s.attributes = attributes(mesh, hit->triangle, hit->u, hit->v);
   return s;
 }
 

@@ -66,6 +66,9 @@ class Scene {
   }
   SppmSceneInfo info() const;
   bool has_transparent() const { return has_transparent_; }
+  bool is_holdout(const SurfacePoint& s) const { return instances_[s.instance].holdout; }
+  uint32_t object_index(const SurfacePoint& s) const { return instances_[s.instance].index; }
+  bool has_uv(const SurfacePoint& s) const { return !meshes_[instances_[s.instance].mesh]->uvs.empty(); }
 
   Textures textures;
   Materials materials;
@@ -79,6 +82,8 @@ class Scene {
     Affine transform;
     bool flip = false;      // the transform mirrors, so the winding's normal points inward
     bool identity = false;  // the mesh was moved to world space
+    bool holdout = false, hidden_from_camera = false;
+    uint32_t index = 0;
     std::vector<uint32_t> materials;
     uint32_t light = kNone;                 // set of emissive triangles
     std::vector<uint32_t> light_triangles;  // triangle -> index in that set, kNone where it does not emit
@@ -95,6 +100,7 @@ class Scene {
   Accel accel_;
   uint64_t triangle_count_ = 0;
   bool has_camera_ = false, committed_ = false, has_transparent_ = false, has_specular_ = false, has_textures_ = false;
+  bool has_attributes_ = false;  // some mesh has UVs or colours: an exporter gives only those that are asked for
 };
 
 }  // namespace sppm

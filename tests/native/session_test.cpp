@@ -4,6 +4,7 @@
 
 #include <thread>
 
+#include "pass_info.h"
 #include "status.h"
 
 using namespace sppm;
@@ -72,7 +73,7 @@ void commit(Scene& scene, uint64_t side = kSide) {
 }
 
 std::vector<float> read(const Session& session, SppmPass pass, uint64_t side = kSide) {
-  std::vector<float> out(side * side * Film::channels(pass));
+  std::vector<float> out(side * side * kPasses[pass].channel_count());
   session.read_pass(pass, out.data(), out.size());
   return out;
 }
