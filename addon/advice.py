@@ -90,14 +90,14 @@ def _glass_objects(desc):
     found = _instances_with(desc, _is_glass)
     if not found:
         return []
-    boxes, shells, examined, glass = instance_boxes(desc), {}, 0, []
-    for index, slots in found:
+    shells, examined, glass = {}, 0, []
+    for (index, slots), box in zip(found, instance_boxes(desc, [index for index, _ in found])):
         instance = desc.instances[index]
         mesh, key = desc.meshes[instance.mesh - 1], (instance.mesh, slots)
         if key not in shells:
             examined += len(mesh.indices)
             shells[key] = _shell(mesh, slots) if examined <= _MAX_TRIANGLES else _SOUND
-        glass.append(_Glass(instance.name, boxes[index], shells[key]))
+        glass.append(_Glass(instance.name, box, shells[key]))
     return glass
 
 
@@ -118,13 +118,15 @@ def _of_shells(glass):
     is_open = [item.name for item in glass if not item.shell.is_closed and not item.shell.is_sheet]
     messages = []
     if mixed:
-        messages.append(f"object {named(mixed)}: some faces of its glass look inwards, some outwards; recalculate its normals")
+        messages.append(f"object {named(mixed)}: some faces of its glass look inwards, some outwards; recalculate its "
+                        "normals (in Edit Mode, Mesh > Normals > Recalculate Outside)")
     if inward:
         messages.append(f"object {named(inward)}: the faces of its glass look inwards, so that its inside counts as air; "
-                        "recalculate its normals")
+                        "recalculate its normals (in Edit Mode, Mesh > Normals > Recalculate Outside)")
     if is_open:
         messages.append(f"object {named(is_open)}: its glass is an open shell, so light that enters never comes out of it; "
-                        "close it or give it thickness, unless it is the surface of a liquid")
+                        "close it or give it thickness, unless it is the surface of a liquid (in Edit Mode, Select > Select All by Trait > "
+                        "Non Manifold shows the hole)")
     return messages
 
 

@@ -3,11 +3,13 @@
 import numpy as np
 
 
-def instance_boxes(desc):
-    """(instances, 2, 3) float64: lowest and highest corner of each instance's box, metres, world."""
-    boxes = np.array([_box_corners(mesh.positions) for mesh in desc.meshes]).reshape(-1, 8, 4)
-    transforms = np.array([item.transform for item in desc.instances], dtype=np.float64).reshape(-1, 3, 4)
-    corners = np.einsum("iab,ikb->ika", transforms, boxes[[item.mesh - 1 for item in desc.instances]])
+def instance_boxes(desc, indices=None):
+    """(instances, 2, 3) float64: lowest and highest corners of instances' boxes, metres, world; of all, or of those at `indices`."""
+    instances = desc.instances if indices is None else [desc.instances[index] for index in indices]
+    meshes = sorted({item.mesh for item in instances})
+    boxes = np.array([_box_corners(desc.meshes[mesh - 1].positions) for mesh in meshes]).reshape(-1, 8, 4)
+    transforms = np.array([item.transform for item in instances], dtype=np.float64).reshape(-1, 3, 4)
+    corners = np.einsum("iab,ikb->ika", transforms, boxes[np.searchsorted(meshes, [item.mesh for item in instances])])
     return np.stack((corners.min(axis=1), corners.max(axis=1)), axis=1)
 
 

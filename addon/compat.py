@@ -111,6 +111,13 @@ def light_energy(light, matrix):
     return energy
 
 
+def light_strength(light):
+    """Names of what makes a lamp's colour and power: `light_energy` reads them."""
+    names = ("use_temperature", "temperature", "color", "energy", "exposure", "normalize")
+    has_temperature = getattr(light, "use_temperature", False)
+    return [name for name in names if hasattr(light, name) and (name != "temperature" or has_temperature)]
+
+
 def shadow_switch(light):
     """(owner, name) of the switch that lets a lamp cast shadows: Cycles' own where it has one (3.4), else Blender's."""
     cycles = getattr(light, "cycles", None)

@@ -5,7 +5,8 @@ import numpy as np
 from . import compat
 from .scene_desc import MeshDesc
 
-_LARGEST = 1e18  # metres
+_LARGEST = 1e18  # of a coordinate: a float holds the square of no larger ones
+
 
 def export_mesh(mesh, want_uvs=False, want_colors=None, warn=lambda message: None):
     """Reads the triangles of an evaluated mesh.

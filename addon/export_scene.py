@@ -23,6 +23,7 @@ from .wording import named
 
 _UNSUPPORTED = {"CURVES": "hair curves", "VOLUME": "a volume", "POINTCLOUD": "a point cloud", "GPENCIL": "grease pencil",
                 "GREASEPENCIL": "grease pencil"}
+_FARTHEST = 1e11  # metres from the middle of the scene; kLargestCoordinate of native/src/accel.cpp
 _OTHER_RAYS = ("diffuse", "glossy", "transmission", "shadow")
 
 
@@ -49,7 +50,11 @@ def export_scene(depsgraph, camera=None):
     for instance in depsgraph.object_instances:
         walk.visit(instance)
     walk.warn_of_objects()
-    return _moved_to_origin(walk.desc), walk.warnings
+    if walk.desc.instances:
+        boxes = instance_boxes(walk.desc)
+        _move_to_origin(walk.desc, boxes)
+        _warn_of_far_ends(walk.desc, boxes - walk.desc.origin, walk.warn)
+    return walk.desc, walk.warnings
 
 
 def _warn_of_missing_libraries(warn):
@@ -190,27 +195,31 @@ def _materials_of(obj):
             yield slot.material if slot else None
 
 
-def _moved_to_origin(desc):
+def _move_to_origin(desc, boxes):
     """Moves a scene that lies farther from Blender's origin than it is large to its own centre, in double precision.
 
     Single precision, which the renderer computes in, then loses at most a bit; a scene around the origin stays as it is. The
     centre is that of the bounds of all instances, rounded to metres.
     """
-    if not desc.instances:
-        return desc
-    boxes = instance_boxes(desc)
     low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
     centre = np.round((low + high) / 2.0)
     if np.linalg.norm(centre) <= np.linalg.norm(high - low):
-        return desc
+        return
     desc.origin = tuple(centre)
     desc.instances = [replace(item, transform=_moved(item.transform, centre)) for item in desc.instances]
     desc.lights = [replace(item, transform=_moved(item.transform, centre)) for item in desc.lights]
     desc.camera = replace(desc.camera, transform=_moved(desc.camera.transform, centre))
-    return desc
 
 
 def _moved(transform, centre):
     moved = transform.copy()
     moved[:, 3] -= centre
     return moved
+
+
+def _warn_of_far_ends(desc, boxes, warn):
+    """The library traces no ray that starts farther out: what lies there is seen, but nothing is seen or shadowed from there."""
+    is_far = np.abs(boxes).max(axis=(1, 2)) > _FARTHEST
+    if is_far.any():
+        names = named(item.name for item, far in zip(desc.instances, is_far) if far)
+        warn(f"object {names} reaches beyond {_FARTHEST:.0e} m, where no shadows and reflections are rendered")

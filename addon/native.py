@@ -14,7 +14,7 @@ import numpy as np
 
 from .scene_desc import SceneDesc, validate
 
-ABI_VERSION = 3
+ABI_VERSION = 4
 LIBRARY_PATH = Path(__file__).parent / "lib" / "libsppm.so"
 
 PASS_NAMES = ("Combined", "Depth", "Normal", "Direct", "Indirect", "Caustics", "Radius", "Photons", "Position", "UV", "Object Index",
@@ -84,7 +84,7 @@ class _Mesh(_Sized):
 
 class _Instance(_Sized):
     _fields_ = [("mesh", c_uint32), ("material_count", c_uint32), ("materials", POINTER(c_uint32)), ("transform", c_float * 12),
-                ("flags", c_uint32), ("index", c_uint32), ("name", c_char_p)]
+                ("flags", c_uint32), ("index", c_uint32), ("name", c_char_p), ("movable", c_uint32)]
 
 
 class _Light(_Sized):
@@ -144,6 +144,9 @@ _PROTOTYPES = {
     "sppm_scene_set_world": [c_void_p, POINTER(_World)],
     "sppm_scene_set_camera": [c_void_p, POINTER(_Camera)],
     "sppm_scene_commit": [c_void_p, c_uint32],
+    "sppm_scene_move_instance": [c_void_p, c_uint32, POINTER(c_float)],
+    "sppm_scene_set_light": [c_void_p, c_uint32, POINTER(_Light)],
+    "sppm_scene_update": [c_void_p, c_uint32],
     "sppm_scene_info": [c_void_p, POINTER(_SceneInfo)],
     "sppm_session_create": [c_void_p, POINTER(_Settings), _HANDLE_OUT],
     "sppm_session_step": [c_void_p],
@@ -227,7 +230,7 @@ def _raise_on_failure(lib):
 
 
 class Scene:
-    """A committed, read-only scene of the library.
+    """A committed scene of the library: only places, lamps and the camera can change.
 
     Args:
         desc: what to add; it is validated first.
@@ -247,8 +250,24 @@ class Scene:
         except BaseException:
             self.close()
             raise
-        camera = desc.camera
-        self.size = camera.region[2:] if camera.region else (camera.width, camera.height)
+        self.size = _size_of(desc.camera)
+
+    def move_instance(self, number, transform):
+        """Places an instance, counted from 1 and added `movable`, elsewhere; `update` makes it so."""
+        self._lib.sppm_scene_move_instance(self._handle, number, _floats(np.asarray(transform)))
+
+    def set_light(self, number, light):
+        """Replaces a lamp, counted from 1, by that of a LightDesc; `update` makes it so."""
+        self._lib.sppm_scene_set_light(self._handle, number, _light_struct(light))
+
+    def set_camera(self, camera):
+        """Looks through another CameraDesc from now on; sessions whose picture has another size go on no more."""
+        self._lib.sppm_scene_set_camera(self._handle, _camera_struct(camera))
+        self.size = _size_of(camera)
+
+    def update(self, threads=0):
+        """Carries out what was moved; no session of the scene may be in a step."""
+        self._lib.sppm_scene_update(self._handle, threads)
 
     def info(self):
         """Sizes, bounds and power of the scene as a dict; the keys are the fields of SppmSceneInfo."""
@@ -354,7 +373,7 @@ def _instance_struct(instance):
     materials = _uints(instance.materials)
     struct = _Instance(mesh=instance.mesh, material_count=len(instance.materials), materials=materials,
                        transform=_matrix(instance.transform), flags=instance.flags, index=instance.index,
-                       name=instance.name.encode())
+                       name=instance.name.encode(), movable=int(instance.movable))
     return _keep(struct, materials)
 
 
@@ -368,6 +387,11 @@ def _world_struct(world):
     rotation = (0.0,) * 9 if world.rotation is None else tuple(np.asarray(world.rotation, dtype=np.float64).ravel())
     return _World(radiance=tuple(world.radiance), image=world.image, rotation=rotation,
                   hidden_from_camera=int(world.hidden_from_camera))
+
+
+def _size_of(camera):
+    """Width and height of what the camera renders."""
+    return camera.region[2:] if camera.region else (camera.width, camera.height)
 
 
 def _camera_struct(camera):

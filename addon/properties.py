@@ -10,6 +10,7 @@ QUALITIES = {
     "FINAL": {"iterations": 512, "photons_per_iteration": 0},
 }
 _CUSTOM = len(QUALITIES)
+_FIRST_RADIUS = 0.01  # metres, to begin with where it is no longer automatic
 
 
 def _get_quality(settings):
@@ -25,6 +26,23 @@ def _set_quality(settings, position):
     if position != _CUSTOM:
         for name, value in list(QUALITIES.values())[position].items():
             setattr(settings, name, value)
+
+
+# What is read off other settings, and not stored.
+DERIVED = {"quality", "use_auto_photons", "use_auto_radius"}
+
+
+def _set_auto_photons(settings, is_on):
+    """Where they shall be no longer automatic, as many as there are pixels: what the automatic ones begin with."""
+    if is_on != (settings.photons_per_iteration == 0):
+        render = settings.id_data.render
+        pixels = round(render.resolution_x * render.resolution_y * (render.resolution_percentage / 100.0) ** 2)
+        settings.photons_per_iteration = 0 if is_on else max(1, pixels)
+
+
+def _set_auto_radius(settings, is_on):
+    if is_on != (settings.initial_radius == 0.0):
+        settings.initial_radius = 0.0 if is_on else _FIRST_RADIUS
 
 
 class SppmSettings(bpy.types.PropertyGroup):
@@ -43,6 +61,9 @@ class SppmSettings(bpy.types.PropertyGroup):
     photons_per_iteration: IntProperty(
         name="Photons", default=0, min=0, soft_max=10_000_000,
         description="Photon paths started in each iteration; 0 for so many that their rays are about as many as the camera's")
+    use_auto_photons: BoolProperty(
+        name="Automatic", get=lambda settings: settings.photons_per_iteration == 0, set=_set_auto_photons, options=set(),
+        description="Start so many photon paths in each iteration that their rays are about as many as the camera's")
     indirect: EnumProperty(
         name="Indirect Light", default="AUTO",
         items=(("AUTO", "Automatic", "Photons where a first iteration finds enough of them in most of the picture, else paths"),
@@ -50,7 +71,7 @@ class SppmSettings(bpy.types.PropertyGroup):
                ("PATHS", "Paths", "From the camera on, as a path tracer does it: for open scenes")),
         description="Who finds the light that is neither direct nor a caustic; caustics are always made of photons")
     radius_rule: EnumProperty(
-        name="Radius", default="DENSITY",
+        name="Radius Rule", default="DENSITY",
         items=(("DENSITY", "Density", "By the photons that earlier iterations found around a pixel"),
                ("PROGRESSIVE", "Progressive", "By the photons found, as the method was published: shrinks where there are many"),
                ("PASS_INDEXED", "Pass Indexed", "By the number of the iteration alone")),
@@ -58,6 +79,9 @@ class SppmSettings(bpy.types.PropertyGroup):
     initial_radius: FloatProperty(
         name="Initial Radius", default=0.0, min=0.0, soft_max=1.0, precision=4, subtype="DISTANCE", unit="LENGTH",
         description="Radius in which photons are gathered at first; 0 chooses it from the size of a pixel at what it sees")
+    use_auto_radius: BoolProperty(
+        name="Automatic", get=lambda settings: settings.initial_radius == 0.0, set=_set_auto_radius, options=set(),
+        description="Choose the radius in which photons are gathered at first from the size of a pixel at what it sees")
     max_depth: IntProperty(
         name="Max Depth", default=24, min=1, max=1024, soft_max=128,
         description="Most vertices that a camera or photon path may have")

@@ -165,7 +165,10 @@ class MeshDesc:
 
 @dataclass(frozen=True)
 class InstanceDesc:
-    """`transform` (3, 4) float64 object to world; `materials` ids, at least the mesh's largest slot + 1; `index` for its pass."""
+    """`transform` (3, 4) float64 object to world; `materials` ids, at least the mesh's largest slot + 1; `index` for its pass.
+
+    What is `movable` can be placed elsewhere once the scene is built; its rays take a little longer.
+    """
 
     name: str
     mesh: int
@@ -173,6 +176,7 @@ class InstanceDesc:
     transform: np.ndarray
     flags: InstanceFlags = InstanceFlags.NONE
     index: int = 0
+    movable: bool = False
 
 
 @dataclass(frozen=True)

@@ -61,21 +61,21 @@ def messages(found):
 
 
 def lines(report):
-    """[(what, how much)] of one render, for a panel."""
+    """[(what, how much)] of one render, for a panel: `what` is short enough not to be cut in a narrow one."""
     p = report.progress
     rays = p.rays_camera + p.rays_shadow + p.rays_photon
     rows = [("Iterations", f"{p.iteration}"), ("Time", seconds(p.seconds)), *_phases(p),
             ("Photons sent", count(p.photons_emitted)), ("Photons used", count(p.photons_stored)),
             ("Rays", count(rays)), ("Rays/s", count(round(rays / max(p.seconds, 1e-9)))),
             ("Memory", f"{report.memory_bytes / 2**20:.1f} MB")]
-    rows += [(f"{name} light", f"{share:.1%} of all") for name, share in report.shares.items()]
-    rows += [("Indirect light by", p.indirect.lower())]
-    return rows + ([("Dropped samples", count(p.dropped_samples))] if p.dropped_samples else [])
+    rows += [(name, f"{share:.1%} of light") for name, share in report.shares.items()]
+    rows += [("Indirect by", p.indirect.lower())]
+    return rows + ([("Dropped", f"{count(p.dropped_samples)} samples")] if p.dropped_samples else [])
 
 
 def _phases(progress):
     """Time and share of each phase of an iteration."""
-    phases = {"Camera paths": progress.seconds_camera, "Photon paths": progress.seconds_photons,
+    phases = {"Camera": progress.seconds_camera, "Photons": progress.seconds_photons,
               "Sorting": progress.seconds_grid, "Gathering": progress.seconds_gather}
     return [(f"    {name}", f"{seconds(time)}, {time / max(progress.seconds, 1e-9):.0%}") for name, time in phases.items()]
 

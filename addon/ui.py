@@ -5,7 +5,7 @@ from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
 
 from . import compat, statistics, ui_report, ui_shared
-from .properties import QUALITIES, SppmSettings
+from .properties import DERIVED, QUALITIES, SppmSettings
 from .ui_shared import ENGINE, EnginePanel
 
 # ---------------------------------------------------------------- presets
@@ -27,7 +27,7 @@ class SPPM_OT_preset_add(AddPresetBase, bpy.types.Operator):
     preset_menu = "SPPM_PT_presets"
     preset_subdir = SPPM_PT_presets.preset_subdir
     preset_defines = ["sppm = bpy.context.scene.sppm"]
-    preset_values = [f"sppm.{name}" for name in SppmSettings.__annotations__ if name != "quality"]
+    preset_values = [f"sppm.{name}" for name in SppmSettings.__annotations__ if name not in DERIVED]
 
 
 # ---------------------------------------------------------------- the Render tab
@@ -45,11 +45,10 @@ class SPPM_PT_quality(EnginePanel, bpy.types.Panel):
         row.use_property_split = False
         for name in QUALITIES:
             row.prop_enum(settings, "quality", name)
-        # Custom is nothing to choose, but what the settings below have become.
-        if settings.quality == "CUSTOM":
-            row.prop_enum(settings, "quality", "CUSTOM")
         summary = layout.column(align=True)
-        summary.label(text=f"{settings.iterations} iterations")
+        # Custom is nothing to choose, but what the settings below have become.
+        custom = "custom: " if settings.quality == "CUSTOM" else ""
+        summary.label(text=f"{custom}{settings.iterations} iterations")
         photons = settings.photons_per_iteration
         summary.label(text=f"{statistics.count(photons)} photons in each" if photons else "photons: automatic")
 
@@ -66,24 +65,31 @@ class SPPM_PT_light_paths(EnginePanel, bpy.types.Panel):
     bl_label = "Light Paths"
 
     def draw_properties(self, layout, context):
-        for name in ("max_depth", "indirect"):
-            layout.prop(context.scene.sppm, name)
+        layout.prop(context.scene.sppm, "max_depth")
+        layout.prop(context.scene.sppm, "indirect", text="Indirect")
 
 
 class SPPM_PT_photons(EnginePanel, bpy.types.Panel):
     bl_label = "Photons"
 
     def draw_properties(self, layout, context):
-        for name in ("photons_per_iteration", "radius_rule", "initial_radius", "gamma"):
-            layout.prop(context.scene.sppm, name)
+        settings = context.scene.sppm
+        layout.column(heading="Photons").prop(settings, "use_auto_photons")
+        if not settings.use_auto_photons:
+            layout.prop(settings, "photons_per_iteration", text="Number")
+        layout.column(heading="Radius").prop(settings, "use_auto_radius")
+        if not settings.use_auto_radius:
+            layout.prop(settings, "initial_radius", text="At First")
+        layout.prop(settings, "radius_rule", text="Shrinks by")
+        layout.prop(settings, "gamma")
 
 
 class SPPM_PT_film(EnginePanel, bpy.types.Panel):
     bl_label = "Film"
 
     def draw_properties(self, layout, context):
-        for name in ("pixel_filter", "filter_width"):
-            layout.prop(context.scene.sppm, name)
+        layout.prop(context.scene.sppm, "pixel_filter", text="Filter")
+        layout.prop(context.scene.sppm, "filter_width", text="Width")
         layout.prop(context.scene.render, "film_transparent", text="Transparent")
 
 
@@ -93,10 +99,10 @@ class SPPM_PT_performance(EnginePanel, bpy.types.Panel):
 
     def draw_properties(self, layout, context):
         render = context.scene.render
-        layout.prop(render, "threads_mode")
+        layout.prop(render, "threads_mode", text="Threads")
         threads = layout.column()
         threads.enabled = render.threads_mode == "FIXED"
-        threads.prop(render, "threads")
+        threads.prop(render, "threads", text="Number")
 
 
 class SPPM_PT_output(EnginePanel, bpy.types.Panel):
@@ -104,7 +110,7 @@ class SPPM_PT_output(EnginePanel, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw_properties(self, layout, context):
-        layout.prop(context.scene.sppm, "write_interval")
+        layout.prop(context.scene.sppm, "write_interval", text="Interval")
         path = layout.column()
         path.active = context.scene.sppm.write_interval > 0
         path.prop(context.scene.render, "filepath", text="Beside")
@@ -122,8 +128,8 @@ class SPPM_PT_simplify(EnginePanel, bpy.types.Panel):
     def draw_properties(self, layout, context):
         render = context.scene.render
         layout.active = render.use_simplify
-        layout.prop(render, "simplify_subdivision_render", text="Max Subdivision")
-        layout.prop(render, "simplify_child_particles_render", text="Max Child Particles")
+        layout.prop(render, "simplify_subdivision_render", text="Subdivision")
+        layout.prop(render, "simplify_child_particles_render", text="Children")
 
 
 # ---------------------------------------------------------------- the View Layer tab

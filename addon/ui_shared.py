@@ -12,22 +12,26 @@ _EXCLUDED = {"VIEWLAYER_PT_filter", "VIEWLAYER_PT_layer_passes", "RENDER_PT_post
              "DATA_PT_area", "DATA_PT_falloff_curve", "MATERIAL_PT_preview", "WORLD_PT_preview", "DATA_PT_preview"}
 
 # Panels made for EEVEE that show what every shader-node engine needs.
-_INCLUDED = {"DATA_PT_EEVEE_light", "DATA_PT_spot", "DATA_PT_camera_dof", "DATA_PT_camera_dof_aperture",
+_INCLUDED = {"DATA_PT_spot", "DATA_PT_camera_dof", "DATA_PT_camera_dof_aperture",
              "EEVEE_MATERIAL_PT_context_material", "EEVEE_NEXT_MATERIAL_PT_context_material", "EEVEE_WORLD_PT_surface",
              "EEVEE_WORLD_PT_mist"}
 
 
 class EnginePanel:
-    """A panel that is there while this engine is chosen; `draw_properties` fills a column of labels and values."""
+    """A panel that is there while this engine is chosen; `draw_properties` fills a column of labels and values.
+
+    `shows` names what of the context a panel is about: without one, such as a light, the panel is not there.
+    """
 
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"
     bl_context = "render"
     COMPAT_ENGINES = {ENGINE}
+    shows = "scene"
 
     @classmethod
     def poll(cls, context):
-        return context.engine in cls.COMPAT_ENGINES
+        return context.engine in cls.COMPAT_ENGINES and getattr(context, cls.shows) is not None
 
     def draw(self, context):
         layout = self.layout
@@ -36,36 +40,51 @@ class EnginePanel:
         self.draw_properties(layout.column(), context)
 
 
-class SPPM_LIGHT_PT_settings(EnginePanel, bpy.types.Panel):
-    """What the exporter reads of a lamp beside what Blender's own light panel shows."""
+class SPPM_LIGHT_PT_light(EnginePanel, bpy.types.Panel):
+    """What the exporter reads of a lamp: EEVEE's panel has, in 3.4, factors that are its own."""
 
-    bl_label = "Light Settings"
+    bl_label = "Light"
     bl_context = "data"
-
-    @classmethod
-    def poll(cls, context):
-        return context.light and super().poll(context)
+    shows = "light"
 
     def draw_properties(self, layout, context):
         light, lamp = context.light, context.object
-        owner, name = compat.shadow_switch(light)
-        layout.prop(owner, name, text="Cast Shadow")
+        row = layout.row()
+        row.use_property_split = False
+        row.prop(light, "type", expand=True)
+        for name in compat.light_strength(light):
+            layout.prop(light, name)
+        layout.separator()
+        for name, text in _SIZES[light.type]:
+            layout.prop(light, name, text=text)
         if light.type == "AREA":
-            layout.prop(light, "spread")
+            _draw_area(layout, light)
+        layout.separator()
+        owner, name = compat.shadow_switch(light)
+        layout.column(heading="Cast").prop(owner, name, text="Shadow")
         if lamp is not None and lamp.type == "LIGHT":
             seen = layout.column(heading="Seen in")
             seen.prop(lamp, "visible_glossy", text="Mirrors")
             seen.prop(lamp, "visible_transmission", text="Glass")
 
 
+_SIZES = {"POINT": [("shadow_soft_size", "Radius")], "SPOT": [("shadow_soft_size", "Radius")], "SUN": [("angle", "Angle")],
+          "AREA": [("shape", "Shape")]}
+
+
+def _draw_area(layout, light):
+    has_two = light.shape in ("RECTANGLE", "ELLIPSE")
+    layout.prop(light, "size", text="Size X" if has_two else "Size")
+    if has_two:
+        layout.prop(light, "size_y", text="Y")
+    layout.prop(light, "spread")
+
+
 class SPPM_LIGHT_PT_nodes(EnginePanel, bpy.types.Panel):
     bl_label = "Nodes"
     bl_context = "data"
     bl_options = {"DEFAULT_CLOSED"}
-
-    @classmethod
-    def poll(cls, context):
-        return context.light and super().poll(context)
+    shows = "light"
 
     def draw_properties(self, layout, context):
         _draw_surface(layout, context.light)
@@ -76,10 +95,7 @@ class SPPM_MATERIAL_PT_surface(EnginePanel, bpy.types.Panel):
 
     bl_label = "Surface"
     bl_context = "material"
-
-    @classmethod
-    def poll(cls, context):
-        return context.material and super().poll(context)
+    shows = "material"
 
     def draw_properties(self, layout, context):
         if not _draw_surface(layout, context.material):
@@ -105,10 +121,11 @@ class SPPM_WORLD_PT_ray_visibility(EnginePanel, bpy.types.Panel):
     bl_label = "Ray Visibility"
     bl_context = "world"
     bl_options = {"DEFAULT_CLOSED"}
+    shows = "world"
 
     @classmethod
     def poll(cls, context):
-        return context.world and hasattr(context.world, "cycles_visibility") and super().poll(context)
+        return super().poll(context) and hasattr(context.world, "cycles_visibility")
 
     def draw_properties(self, layout, context):
         layout.prop(context.world.cycles_visibility, "camera")
@@ -145,7 +162,7 @@ class SPPM_MATERIAL_PT_index(EnginePanel, bpy.types.Panel):
         layout.prop(context.material, "pass_index")
 
 
-CLASSES = (SPPM_LIGHT_PT_settings, SPPM_LIGHT_PT_nodes, SPPM_MATERIAL_PT_surface, SPPM_MATERIAL_PT_index,
+CLASSES = (SPPM_LIGHT_PT_light, SPPM_LIGHT_PT_nodes, SPPM_MATERIAL_PT_surface, SPPM_MATERIAL_PT_index,
            SPPM_OBJECT_PT_ray_visibility, SPPM_WORLD_PT_ray_visibility)
 
 

@@ -94,14 +94,14 @@ def consistent(quick):
                 rows())
 
 
-def blend_scenes(size=64):
+def blend_scenes():
     """(name, SceneDesc) of each file, exported by Blender."""
-    files = sorted((ROOT / "blend_scenes").glob("*.blend"))
+    blender = [os.environ.get("BLENDER", "blender"), "-b", "--factory-startup", "--python-exit-code", "1"]
+    export = ["--python", str(ROOT / "benchmarks" / "export_scenes.py"), "--"]
     with tempfile.TemporaryDirectory() as folder:
-        command = [os.environ.get("BLENDER", "blender"), "-b", "--factory-startup", "--python-exit-code", "1", "--python",
-                   str(ROOT / "benchmarks" / "export_scenes.py"), "--", folder, str(size), *map(str, files)]
-        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-        for file in files:
+        for file in sorted((ROOT / "blend_scenes").glob("*.blend")):
+            size = str(consistency.size_of(file.stem))
+            subprocess.run([*blender, *export, folder, size, str(file)], check=True, stdout=subprocess.DEVNULL)
             yield file.stem, pickle.loads(Path(folder, f"{file.stem}.pickle").read_bytes())
 
 

@@ -6,6 +6,7 @@
 #include <embree3/rtcore.h>
 #endif
 
+#include <algorithm>
 #include <atomic>
 #include <cstdlib>
 #include <map>
@@ -38,9 +39,9 @@ RTCRayHit make_query(const Ray& ray) {
   return query;
 }
 
-// The id of an instance, whether it is one for Embree too or was moved to world space.
-uint32_t instance_of(uint32_t instance_id, uint32_t geometry_id) {
-  return instance_id != RTC_INVALID_GEOMETRY_ID ? instance_id : geometry_id;
+// The id of an instance, whether it is one for Embree too or was moved to world space: there, or in the scene `ground`.
+uint32_t instance_of(uint32_t instance_id, uint32_t geometry_id, uint32_t ground) {
+  return instance_id != RTC_INVALID_GEOMETRY_ID && instance_id != ground ? instance_id : geometry_id;
 }
 
 // What Embree hands to the filter of a query.
@@ -54,16 +55,17 @@ constexpr RTCSceneFlags kQueriesMayFilter = RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTI
 struct TouchingContext {
   QueryContext embree;  // first, so that the filter finds what follows it
   const Touching* touching;
+  uint32_t ground;
 };
 
 void reject_not_allowed(const RTCFilterFunctionNArguments* args) {
-  const Touching& touching = *reinterpret_cast<const TouchingContext*>(args->context)->touching;
-  const uint32_t instance = instance_of(RTCHitN_instID(args->hit, 1, 0, 0), RTCHitN_geomID(args->hit, 1, 0));
-  if (!touching.allows({instance, RTCHitN_primID(args->hit, 1, 0)}, RTCRayN_tfar(args->ray, 1, 0))) args->valid[0] = 0;
+  const TouchingContext& context = *reinterpret_cast<const TouchingContext*>(args->context);
+  const uint32_t instance = instance_of(RTCHitN_instID(args->hit, 1, 0, 0), RTCHitN_geomID(args->hit, 1, 0), context.ground);
+  if (!context.touching->allows({instance, RTCHitN_primID(args->hit, 1, 0)}, RTCRayN_tfar(args->ray, 1, 0))) args->valid[0] = 0;
 }
 
-void trace(RTCScene scene, RTCRayHit& query, const Touching& touching) {
-  TouchingContext context{{}, &touching};
+void trace(RTCScene scene, RTCRayHit& query, const Touching& touching, uint32_t ground) {
+  TouchingContext context{{}, &touching, ground};
   const bool filters = touching.rule != Touching::Rule::kAll;
 #if SPPM_EMBREE_MAJOR >= 4
   rtcInitRayQueryContext(&context.embree);
@@ -95,6 +97,10 @@ struct Accel::Impl {
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
   std::map<const Mesh*, RTCScene> instanced;
+  // What stands still in world space, where something else moves: instanced by `scene` under the id `ground`, so that `scene` holds
+  // instances alone and is built again at no cost to speak of.
+  RTCScene still = nullptr;
+  uint32_t ground = RTC_INVALID_GEOMETRY_ID;
   std::atomic<int64_t> memory{0};
 
   Impl() {
@@ -111,6 +117,7 @@ struct Accel::Impl {
   }
   ~Impl() {
     for (auto& [mesh, part] : instanced) rtcReleaseScene(part);
+    if (still) rtcReleaseScene(still);
     rtcReleaseScene(scene);
     rtcReleaseDevice(device);
   }
@@ -146,6 +153,18 @@ struct Accel::Impl {
     }
     return slot;
   }
+  void attach_instance(RTCScene of, const Affine& transform, uint32_t id, bool hidden_from_camera = false) const {
+    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
+    rtcSetGeometryInstancedScene(geometry, of);
+    rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, transform.m.data());
+    attach(scene, geometry, id, hidden_from_camera);
+  }
+  void attach(const Placement& p, uint32_t id) {
+    if (p.identity)
+      attach(still && !p.movable ? still : scene, triangles(*p.mesh), id, p.hidden_from_camera);
+    else
+      attach_instance(part(p.mesh), p.transform, id, p.hidden_from_camera);
+  }
 };
 
 bool can_be_instanced(const Affine& m) {
@@ -161,17 +180,24 @@ Accel::Accel() : impl_(std::make_unique<Impl>()) {}
 Accel::~Accel() = default;
 
 void Accel::build(std::span<const Placement> placements) {
-  for (uint32_t i = 0; i < placements.size(); ++i) {
-    const Placement& p = placements[i];
-    if (p.identity) {
-      impl_->attach(impl_->scene, impl_->triangles(*p.mesh), i, p.hidden_from_camera);
-      continue;
-    }
-    RTCGeometry geometry = rtcNewGeometry(impl_->device, RTC_GEOMETRY_TYPE_INSTANCE);
-    rtcSetGeometryInstancedScene(geometry, impl_->part(p.mesh));
-    rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, p.transform.m.data());
-    impl_->attach(impl_->scene, geometry, i, p.hidden_from_camera);
+  const bool moves = std::any_of(placements.begin(), placements.end(), [](const Placement& p) { return p.movable; });
+  const bool stands = std::any_of(placements.begin(), placements.end(), [](const Placement& p) { return p.identity && !p.movable; });
+  if (moves && stands) impl_->still = impl_->new_scene();
+  for (uint32_t i = 0; i < placements.size(); ++i) impl_->attach(placements[i], i);
+  if (impl_->still) {
+    rtcCommitScene(impl_->still);
+    impl_->ground = static_cast<uint32_t>(placements.size());
+    impl_->attach_instance(impl_->still, {}, impl_->ground);
   }
+  commit();
+}
+
+void Accel::place(uint32_t index, const Placement& placement) {
+  rtcDetachGeometry(impl_->scene, index);
+  impl_->attach(placement, index);
+}
+
+void Accel::commit() {
   rtcCommitScene(impl_->scene);
   impl_->check();
 }
@@ -179,9 +205,10 @@ void Accel::build(std::span<const Placement> placements) {
 std::optional<Hit> Accel::intersect(const Ray& ray) const {
   if (!traceable(ray)) return std::nullopt;
   RTCRayHit query = make_query(ray);
-  trace(impl_->scene, query, ray.touching);
+  trace(impl_->scene, query, ray.touching, impl_->ground);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-  return Hit{query.ray.tfar, query.hit.u, query.hit.v, instance_of(query.hit.instID[0], query.hit.geomID), query.hit.primID};
+  return Hit{query.ray.tfar, query.hit.u, query.hit.v, instance_of(query.hit.instID[0], query.hit.geomID, impl_->ground),
+             query.hit.primID};
 }
 
 bool Accel::occluded(const Ray& ray) const {

@@ -20,7 +20,8 @@ struct Hit {
 struct Placement {
   const Mesh* mesh;
   Affine transform;
-  bool identity;  // the mesh is already in world space
+  bool identity;         // the mesh is already in world space
+  bool movable = false;  // `place` may be called for it
   bool hidden_from_camera = false;
 };
 
@@ -36,6 +37,9 @@ class Accel {
 
   // Meshes must outlive the accel: their arrays are shared with it.
   void build(std::span<const Placement> placements);
+  // Places again what is movable; `commit` ends any number of such calls, and costs as much as the number of instances says.
+  void place(uint32_t index, const Placement& placement);
+  void commit();
   std::optional<Hit> intersect(const Ray& ray) const;
   bool occluded(const Ray& ray) const;
   Bounds bounds() const;

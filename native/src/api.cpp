@@ -66,6 +66,12 @@ sppm::Scene& open(SppmScene* scene) {
   return *scene->scene;
 }
 
+sppm::Scene& committed(SppmScene* scene) {
+  require_pointer(scene, "scene");
+  if (!scene->scene->committed()) throw sppm::Error(SPPM_INVALID_STATE, "the scene is not committed");
+  return *scene->scene;
+}
+
 template <typename Desc, typename Add>
 SppmStatus add(const char* function, SppmScene* scene, const Desc* desc, uint32_t* id, Add add_to) {
   return guard(function, [&] {
@@ -134,9 +140,9 @@ SppmStatus sppm_scene_set_world(SppmScene* scene, const SppmWorldDesc* desc) {
 
 SppmStatus sppm_scene_set_camera(SppmScene* scene, const SppmCameraDesc* desc) {
   return guard(__func__, [&] {
-    sppm::Scene& target = open(scene);
+    require_pointer(scene, "scene");
     require_desc(desc);
-    target.set_camera(*desc);
+    scene->scene->set_camera(*desc);
   });
 }
 
@@ -145,6 +151,30 @@ SppmStatus sppm_scene_commit(SppmScene* scene, uint32_t threads) {
     sppm::Scene& target = open(scene);
     require(threads <= 4096, "threads must be at most 4096");
     target.commit(sppm::Threads(threads));
+  });
+}
+
+SppmStatus sppm_scene_move_instance(SppmScene* scene, uint32_t instance, const float* transform) {
+  return guard(__func__, [&] {
+    sppm::Scene& target = committed(scene);
+    require_pointer(transform, "transform");
+    target.move_instance(instance, transform);
+  });
+}
+
+SppmStatus sppm_scene_set_light(SppmScene* scene, uint32_t light, const SppmLightDesc* desc) {
+  return guard(__func__, [&] {
+    sppm::Scene& target = committed(scene);
+    require_desc(desc);
+    target.set_lamp(light, *desc);
+  });
+}
+
+SppmStatus sppm_scene_update(SppmScene* scene, uint32_t threads) {
+  return guard(__func__, [&] {
+    sppm::Scene& target = committed(scene);
+    require(threads <= 4096, "threads must be at most 4096");
+    target.update(sppm::Threads(threads));
   });
 }
 

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "color.h"
+#include "status.h"
 
 namespace sppm {
 namespace {
@@ -31,6 +32,11 @@ uint32_t Lights::add_lamp(const SppmLightDesc& desc) {
   return static_cast<uint32_t>(lamps_.size());
 }
 
+void Lights::set_lamp(uint32_t id, const SppmLightDesc& desc) {
+  require(id >= 1 && id <= lamps_.size(), "light " + std::to_string(id) + " is not of this scene");
+  lamps_[id - 1] = Lamp(desc);
+}
+
 void Lights::set_world(const SppmWorldDesc& desc) {
   Environment world(desc, textures_);
   world_.reset();
@@ -42,6 +48,10 @@ uint32_t Lights::add_triangles(std::vector<EmissiveTriangle> triangles) {
   return static_cast<uint32_t>(meshes_.size() - 1);
 }
 
+void Lights::set_triangles(uint32_t light, std::vector<EmissiveTriangle> triangles) {
+  meshes_[light] = EmissiveMesh(std::move(triangles), materials_);
+}
+
 void Lights::commit(const Bounds& bounds, Targets targets) {
   targets_ = std::move(targets);
   center_ = bounds.empty() ? Vec3{} : bounds.center();
@@ -50,8 +60,10 @@ void Lights::commit(const Bounds& bounds, Targets targets) {
   build_lamp_boxes();
   power_ = std::accumulate(powers.begin(), powers.end(), 0.0);
   by_power_ = defensive_mixture(powers);
+  lit_entries_.clear();
   for (uint32_t i = 0; i < entries_.size(); ++i)
     if (powers[i] > 0) lit_entries_.push_back(i);
+  by_aimed_power_ = {};
   if (!targets_.empty()) {
     std::vector<double> aimed;
     // An estimate from few samples may miss what a light does to a target: none that shines is left out.
@@ -65,6 +77,8 @@ void Lights::commit(const Bounds& bounds, Targets targets) {
 }
 
 std::vector<double> Lights::build_entries() {
+  entries_.clear(), lamp_entry_.clear(), mesh_entry_.clear();
+  sized_lamps_.clear(), suns_.clear();
   std::vector<double> powers;
   const auto add = [&](Kind kind, uint32_t index, double power) {
     entries_.push_back({kind, index});
@@ -93,6 +107,7 @@ void Lights::build_lamp_boxes() {
 void Lights::build_choice() {
   std::vector<LightBounds> near(entries_.size());
   std::vector<double> far;
+  far_entries_.clear();
   for (uint32_t i = 0; i < entries_.size(); ++i) {
     const Entry& entry = entries_[i];
     double irradiance = 0;

@@ -27,10 +27,12 @@ class Lights {
   Lights(const Textures* textures, const Materials* materials) : textures_(textures), materials_(materials) {}
 
   uint32_t add_lamp(const SppmLightDesc& desc);  // id from 1; throws Error
+  void set_lamp(uint32_t id, const SppmLightDesc& desc);
   void set_world(const SppmWorldDesc& desc);     // throws Error
   // One light a call; returns its index for `triangle_pdf_area`.
   uint32_t add_triangles(std::vector<EmissiveTriangle> triangles);
-  // Builds the distributions; `bounds` is that of the geometry, `targets` are what aimed photons are for.
+  void set_triangles(uint32_t light, std::vector<EmissiveTriangle> triangles);  // the same, elsewhere
+  // Builds the distributions, as often as lights or places have changed; `bounds` is that of the geometry, `targets` are what aimed photons are for.
   void commit(const Bounds& bounds, Targets targets);
 
   bool none() const { return by_power_.empty(); }

@@ -1,9 +1,6 @@
 #include "scene.h"
 
 #include <algorithm>
-#include <iterator>
-
-#include "status.h"
 
 namespace sppm {
 namespace {
@@ -11,19 +8,6 @@ namespace {
 // The plane of a needle, whose edges are nearly parallel, is known worse by the ratio of their product to its area; beyond the last
 // ratio it is not known at all.
 constexpr float kNeedleUlps = 2 * 0x1p-23f, kLargestNeedle = 1e4f;
-// A mesh is taken in the cells of a grid with so many to each axis of its box when it is looked for what throws caustics.
-constexpr int kCasterCells = 16;
-
-// Which cell of that grid holds a point of the box.
-size_t caster_cell(const Bounds& box, Vec3 p) {
-  size_t cell = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const float size = box.hi[axis] - box.lo[axis];
-    const float place = size > 0 ? (p[axis] - box.lo[axis]) / size * kCasterCells : 0;
-    cell = cell * kCasterCells + static_cast<size_t>(std::clamp(static_cast<int>(place), 0, kCasterCells - 1));
-  }
-  return cell;
-}
 
 // At the rims of smooth-shaded meshes the interpolated normal may face away from where the surface is seen from, and nothing would scatter
 // that way: it is bent until it just faces w, as much as ng does.
@@ -31,13 +15,6 @@ Vec3 seen_from(Vec3 w, Vec3 ns, Vec3 ng) {
   constexpr float kLeast = 1e-3f;
   const float geometric = dot(ng, w), least = std::copysign(std::min(kLeast, std::abs(geometric)), geometric), shading = dot(ns, w);
   return shading * least >= square(least) ? ns : normalize(ns + w * (least - shading));
-}
-
-Bounds transformed(const Bounds& b, const Affine& transform) {
-  Bounds result;
-  for (int corner = 0; corner < 8; ++corner)
-    result.add(transform.point({corner & 1 ? b.hi.x : b.lo.x, corner & 2 ? b.hi.y : b.lo.y, corner & 4 ? b.hi.z : b.lo.z}));
-  return result;
 }
 
 }  // namespace
@@ -59,122 +36,6 @@ Ray SurfacePoint::spawn_at_border(Vec3 from, Vec3 w, float far) const {
   const float before = offset / std::max(std::abs(dot(ng, w)), 0.1f);
   there.reach = 2 * before;
   return {.origin = p - w * before, .direction = w, .far = far + before, .touching = there};
-}
-
-uint32_t Scene::add_mesh(const SppmMeshDesc& desc) {
-  meshes_.push_back(std::make_unique<Mesh>(desc));
-  return static_cast<uint32_t>(meshes_.size());
-}
-
-uint32_t Scene::add_instance(const SppmInstanceDesc& desc) {
-  const std::string where = std::string("instance '") + (desc.name ? desc.name : "") + "': ";
-  require(desc.mesh >= 1 && desc.mesh <= meshes_.size(), where + "mesh " + std::to_string(desc.mesh) + " is not of this scene");
-  require(desc.materials && desc.material_count >= meshes_[desc.mesh - 1]->slot_count,
-          where + "material_count must be at least " + std::to_string(meshes_[desc.mesh - 1]->slot_count));
-  Instance instance;
-  instance.mesh = desc.mesh - 1;
-  for (const float m : desc.transform) require(std::isfinite(m), where + "transform must be finite");
-  std::copy(desc.transform, desc.transform + 12, instance.transform.m.begin());
-  instance.flip = instance.transform.determinant() < 0;
-  require(desc.flags <= (SPPM_INSTANCE_HOLDOUT | SPPM_INSTANCE_HIDDEN_FROM_CAMERA), where + "flags must be SppmInstanceFlags");
-  instance.holdout = desc.flags & SPPM_INSTANCE_HOLDOUT, instance.hidden_from_camera = desc.flags & SPPM_INSTANCE_HIDDEN_FROM_CAMERA;
-  instance.index = desc.index;
-  for (uint32_t i = 0; i < desc.material_count; ++i) {
-    require(desc.materials[i] >= 1 && desc.materials[i] <= materials.count(),
-            where + "material " + std::to_string(desc.materials[i]) + " is not of this scene");
-    instance.materials.push_back(desc.materials[i]);
-  }
-  instances_.push_back(std::move(instance));
-  return static_cast<uint32_t>(instances_.size());
-}
-
-void Scene::set_camera(const SppmCameraDesc& desc) {
-  camera = Camera(desc);
-  has_camera_ = true;
-}
-
-// A mesh that one instance uses is moved to world space: a ray is then not transformed on its way. An instance that is squeezed flat,
-// or nearly so, gets its own copy for that, for no ray can be transformed back into it.
-void Scene::move_single_meshes() {
-  std::vector<uint32_t> uses(meshes_.size(), 0);
-  for (const Instance& i : instances_) ++uses[i.mesh];
-  for (Instance& i : instances_) {
-    if (uses[i.mesh] != 1 && can_be_instanced(i.transform)) continue;
-    if (uses[i.mesh] != 1) {
-      meshes_.push_back(std::make_unique<Mesh>(*meshes_[i.mesh]));
-      i.mesh = static_cast<uint32_t>(meshes_.size() - 1);
-    }
-    meshes_[i.mesh]->transform(i.transform);
-    i.transform = {};
-    i.identity = true;
-  }
-}
-
-void Scene::collect_emitters(Instance& instance) {
-  bool emits = false;
-  for (const uint32_t m : instance.materials) emits |= materials.emits(m);
-  if (!emits) return;
-  const Mesh& mesh = *meshes_[instance.mesh];
-  std::vector<EmissiveTriangle> triangles;
-  instance.light_triangles.assign(mesh.indices.size(), kNone);
-  for (uint32_t t = 0; t < mesh.indices.size(); ++t) {
-    const uint32_t material = instance.materials[mesh.slot(t)];
-    if (!materials.emits(material)) continue;
-    instance.light_triangles[t] = static_cast<uint32_t>(triangles.size());
-    triangles.push_back({vertices(instance, t), {attributes(mesh, t, 0, 0), attributes(mesh, t, 1, 0), attributes(mesh, t, 0, 1)}, material,
-                         reach(instance, t)});
-  }
-  if (!triangles.empty()) instance.light = lights.add_triangles(std::move(triangles));
-}
-
-void Scene::collect_casters(const Instance& instance, std::vector<Caster>& casters) const {
-  float strongest = 0;
-  for (const uint32_t m : instance.materials) strongest = std::max(strongest, materials.caster_strength(m));
-  if (strongest == 0) return;
-  const Mesh& mesh = *meshes_[instance.mesh];
-  if (!instance.identity) {  // a whole instance is one: there may be thousands
-    casters.push_back({transformed(mesh.bounds, instance.transform), strongest});
-    return;
-  }
-  // By place and not by index: where the rows of a sheet follow each other, one end is next to the other.
-  std::vector<Caster> cells(kCasterCells * kCasterCells * kCasterCells);
-  for (size_t t = 0; t < mesh.indices.size(); ++t) {
-    const float strength = materials.caster_strength(instance.materials[mesh.slot(static_cast<uint32_t>(t))]);
-    if (strength == 0) continue;
-    Bounds triangle;
-    for (const uint32_t vertex : mesh.indices[t]) triangle.add(mesh.positions[vertex]);
-    Caster& cell = cells[caster_cell(mesh.bounds, triangle.center())];
-    cell.bounds.add(triangle);
-    cell.strength = std::max(cell.strength, strength);
-  }
-  std::copy_if(cells.begin(), cells.end(), std::back_inserter(casters), [](const Caster& c) { return c.strength > 0; });
-}
-
-void Scene::commit(const Threads& threads) {
-  if (committed_) throw Error(SPPM_INVALID_STATE, "the scene is committed already");
-  if (!has_camera_) throw Error(SPPM_INVALID_STATE, "the scene has no camera");
-  move_single_meshes();
-  std::vector<Placement> placements;
-  for (Instance& i : instances_) {
-    placements.push_back({meshes_[i.mesh].get(), i.transform, i.identity, i.hidden_from_camera});
-    has_attributes_ |= !meshes_[i.mesh]->uvs.empty() || !meshes_[i.mesh]->colors.empty();
-    triangle_count_ += meshes_[i.mesh]->indices.size();
-    for (const uint32_t m : i.materials) {
-      has_transparent_ |= materials.transparent(m);
-      has_specular_ |= materials.caster_strength(m) > 0;
-      has_textures_ |= materials.textured(m);
-    }
-  }
-  threads.for_each(1, [&](uint64_t) { accel_.build(placements); });
-  std::vector<Caster> casters;
-  for (Instance& i : instances_) {
-    collect_emitters(i);
-    collect_casters(i, casters);
-  }
-  Targets targets;
-  targets.build(std::move(casters));
-  lights.commit(accel_.bounds(), std::move(targets));
-  committed_ = true;
 }
 
 std::array<Vec3, 3> Scene::vertices(const Instance& instance, uint32_t triangle) const {

@@ -1,4 +1,4 @@
-// The scene: everything that is to be lit, read-only once committed.
+// The scene: everything that is to be lit. Once committed, what is in it stays; only places, lamps and the camera may change.
 #pragma once
 
 #include <memory>
@@ -54,6 +54,11 @@ class Scene {
   void commit(const Threads& threads);
   bool committed() const { return committed_; }
 
+  // Of a committed scene, for `update` to carry out. A scene is then the same as one built with everything in its new place.
+  void move_instance(uint32_t id, const float transform[12]);  // throws Error unless it was added `movable`
+  void set_lamp(uint32_t id, const SppmLightDesc& desc);
+  void update(const Threads& threads);
+
   std::optional<SurfacePoint> intersect(const Ray& ray) const;
   // What is left of light along the ray: 1 where nothing stands in its way, 0 behind anything opaque. Adds the rays traced.
   Vec3 transmittance(Ray ray, uint64_t& rays) const;
@@ -78,19 +83,29 @@ class Scene {
  private:
   static constexpr uint32_t kNone = ~0u;
   struct Instance {
-    uint32_t mesh;
+    uint32_t mesh;          // with `transform`, what is seen
     Affine transform;
-    bool flip = false;      // the transform mirrors, so the winding's normal points inward
+    bool flip = false;      // it is mirrored, so the winding's normal points inward
     bool identity = false;  // the mesh was moved to world space
+    bool movable = false;
+    bool alone = false;     // no other instance has its shape
+    uint32_t shape;            // the mesh as it was given, and where it stands
+    Affine placed;
+    uint32_t squeezed = kNone;  // mesh: its copy in world space while it is too flat to be an instance
     bool holdout = false, hidden_from_camera = false;
     uint32_t index = 0;
     std::vector<uint32_t> materials;
     uint32_t light = kNone;                 // set of emissive triangles
     std::vector<uint32_t> light_triangles;  // triangle -> index in that set, kNone where it does not emit
+    std::vector<Caster> casters;            // of what can move, in its shape's space
   };
-  void move_single_meshes();
+  void settle(Instance& instance);
+  Placement placement(const Instance& i) const {
+    return {meshes_[i.mesh].get(), i.transform, i.identity, i.movable, i.hidden_from_camera};
+  }
   void collect_emitters(Instance& instance);
-  void collect_casters(const Instance& instance, std::vector<Caster>& casters) const;
+  std::vector<Caster> casters_of(const Instance& instance) const;
+  void commit_lights();
   SurfaceAttributes attributes(const Mesh& mesh, uint32_t triangle, float u, float v) const;
   std::array<Vec3, 3> vertices(const Instance& instance, uint32_t triangle) const;
   float reach(const Instance& instance, uint32_t triangle) const;  // of the coordinates that `vertices` computes with
@@ -98,6 +113,9 @@ class Scene {
   std::vector<std::unique_ptr<Mesh>> meshes_;
   std::vector<Instance> instances_;
   Accel accel_;
+  std::vector<Caster> still_casters_;
+  std::vector<uint32_t> moved_instances_;  // since the last update
+  bool lamps_changed_ = false;
   uint64_t triangle_count_ = 0;
   bool has_camera_ = false, committed_ = false, has_transparent_ = false, has_specular_ = false, has_textures_ = false;
   bool has_attributes_ = false;  // some mesh has UVs or colours: an exporter gives only those that are asked for

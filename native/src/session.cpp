@@ -50,13 +50,15 @@ const char* kRadiusRuleNames[] = {"PROGRESSIVE", "DENSITY", "PASS_INDEXED"};
 
 Session::Session(std::shared_ptr<const Scene> scene, const SppmSettings& settings)
     : scene_(std::move(scene)),
+      width_(scene_->camera.region_width),
+      height_(scene_->camera.region_height),
       settings_(checked(settings)),
       snapshot_path_(settings.snapshot_path ? settings.snapshot_path : ""),
       path_{settings.seed, settings.max_depth, static_cast<float>(settings.filter_width), settings.pixel_filter == SPPM_BOX,
             settings.transparent_film != 0, false, DataPasses(settings)},
       indirect_(static_cast<SppmIndirect>(settings.indirect)),
       threads_(settings.threads),
-      film_(scene_->camera.region_width * scene_->camera.region_height, path_.data) {
+      film_(pixels(), path_.data) {
   settings_.snapshot_path = nullptr;  // the caller's memory
   progress_.struct_size = sizeof progress_;
   progress_.indirect = settings_.indirect;
@@ -128,7 +130,7 @@ void Session::iterate(SppmProgress& done) {
   }
   const Stopwatch watch(done.seconds_gather);
   shrink_ *= RadiusRule::step(iteration_ + 1, settings_.gamma);
-  done.dropped_samples += film_.update(samples_, maps_, rules(batches), scene_->camera.region_width, threads_);
+  done.dropped_samples += film_.update(samples_, maps_, rules(batches), width_, threads_);
   if (iteration_ == 0) plan_budget(camera, batches, counts);
   ++iteration_;
   for (const PhotonBatch& b : batches) emitted_[static_cast<size_t>(b.emission)] += b.count, done.photons_emitted += b.count;
@@ -165,7 +167,13 @@ void Session::decide_indirect(SppmProgress& done) {
   path_.trace_indirect = true;
 }
 
+void Session::check_camera() const {
+  if (scene_->camera.region_width != width_ || scene_->camera.region_height != height_)
+    throw Error(SPPM_INVALID_STATE, "the camera's picture has another size than when the session began");
+}
+
 void Session::step() {
+  check_camera();
   const bool undecided = indirect_ == SPPM_INDIRECT_AUTO;
   timed([&](SppmProgress& done) {
     iterate(done);
@@ -210,7 +218,7 @@ SppmProgress Session::progress() const {
 }
 
 void Session::read_pass(SppmPass pass, float* out, uint64_t count) const {
-  const uint64_t needed = scene_->camera.region_width * scene_->camera.region_height * kPasses[pass].channel_count();
+  const uint64_t needed = pixels() * kPasses[pass].channel_count();
   require(count == needed, "count is " + std::to_string(count) + ", must be " + std::to_string(needed));
   require(pass == SPPM_PASS_COMBINED || settings_.passes >> pass & 1,
           std::string("pass ") + kPasses[pass].name + " was not requested in the settings");
@@ -218,7 +226,6 @@ void Session::read_pass(SppmPass pass, float* out, uint64_t count) const {
 }
 
 void Session::write_exr(const std::string& path) const {
-  const uint64_t width = scene_->camera.region_width, height = scene_->camera.region_height;
   std::vector<std::vector<float>> buffers;
   std::vector<ExrChannel> channels;
   buffers.reserve(SPPM_PASS_COUNT);
@@ -227,13 +234,13 @@ void Session::write_exr(const std::string& path) const {
     if (pass != SPPM_PASS_COMBINED && !(settings_.passes >> i & 1)) continue;
     const PassInfo& info = kPasses[pass];
     const uint32_t n = info.channel_count();
-    buffers.emplace_back(width * height * n);
+    buffers.emplace_back(pixels() * n);
     film_.read(pass, buffers.back().data());
     const std::string prefix = pass == SPPM_PASS_COMBINED ? "" : std::string(info.name) + ".";
     for (uint32_t c = 0; c < n; ++c) channels.push_back({prefix + info.channels[c], buffers.back().data() + c, n});
   }
   const SppmProgress p = progress();
-  sppm::write_exr(path, static_cast<int64_t>(width), static_cast<int64_t>(height), channels,
+  sppm::write_exr(path, static_cast<int64_t>(width_), static_cast<int64_t>(height_), channels,
                   {{"sppm:iterations", std::to_string(p.iteration)},
                    {"sppm:photons", std::to_string(p.photons_emitted)},
                    {"sppm:seconds", std::to_string(p.seconds)},

@@ -32,10 +32,12 @@ class Session {
   void decide_indirect(SppmProgress& done);
   void start_budget();
   void timed(const std::function<void(SppmProgress&)>& part);
-  uint64_t pixels() const { return scene_->camera.region_width * scene_->camera.region_height; }
+  void check_camera() const;
+  uint64_t pixels() const { return width_ * height_; }
   uint64_t memory() const;
 
   std::shared_ptr<const Scene> scene_;
+  uint64_t width_, height_;
   SppmSettings settings_;
   std::string snapshot_path_;
   PathSettings path_;

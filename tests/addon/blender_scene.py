@@ -15,6 +15,15 @@ def start(width, height, iterations=4, world=(0.0, 0.0, 0.0)):
     return scene
 
 
+def add_ball_on_floor():
+    """A glass ball, 'Ball', on a white floor, a lamp and a camera that sees both; returns the ball."""
+    make_scenes.add_floor(4.0, make_scenes.diffuse("White", make_scenes.WHITE))
+    ball = make_scenes.add_sphere("Ball", (0, 0, 0.5), 0.4, make_scenes.glass("Glass"), 32, 16)
+    make_scenes.add_lamp("POINT", (1, -1, 2), (0, 0, 0), 50.0, shadow_soft_size=0.05)
+    make_scenes.add_camera((0, -4, 1), (0, 0, 0.5))
+    return ball
+
+
 def render(path):
     """Renders as F12 does, to an OpenEXR file; (height, width, 4) float32, rows from bottom to top, linear."""
     settings = bpy.context.scene.render

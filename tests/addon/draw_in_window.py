@@ -1,21 +1,29 @@
-"""Run by test_ui.py in a Blender with a window: shows every tab of the properties editor, prints each panel that draws itself."""
+"""Run by test_ui.py in a Blender with a window: shows every tab of the properties editor and prints each panel that draws itself.
+
+    blender ... -P draw_in_window.py -- FOLDER        # where a picture of each tab is left
+"""
 
 import sys
 from pathlib import Path
 
 import bpy
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "blend_scenes"))
-import make_scenes
+ROOT = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / folder) for folder in ("blend_scenes", "tests", "tests/addon")]
+import blender_scene  # noqa: E402
 
 TABS = {"Ball": ("RENDER", "VIEW_LAYER", "WORLD", "OBJECT", "MATERIAL"), "Point": ("DATA",), "Camera": ("DATA",)}
 
 
 def main():
     """From a timer, once the window is there."""
-    for cls in list(bpy.types.Panel.__subclasses__()):
-        if cls.__module__.startswith("sppm") and "COMPAT_ENGINES" in dir(cls) and hasattr(cls, "draw_properties"):
+    from sppm import ui
+
+    for cls in ui._CLASSES:
+        if hasattr(cls, "draw_properties"):
             print_when_drawn(cls)
+    folder = Path(sys.argv[-1])
+    folder.mkdir(parents=True, exist_ok=True)
     area = next(area for area in bpy.context.window_manager.windows[0].screen.areas if area.type == "PROPERTIES")
     window = bpy.context.window_manager.windows[0]
     make_scene()
@@ -26,6 +34,8 @@ def main():
                 bpy.ops.wm.redraw_timer(type="DRAW_WIN_SWAP", iterations=1)
                 area.spaces[0].context = tab
                 bpy.ops.wm.redraw_timer(type="DRAW_WIN_SWAP", iterations=2)
+            with bpy.context.temp_override(window=window, screen=window.screen, area=area):
+                bpy.ops.screen.screenshot_area(filepath=str(folder / f"{name}_{tab}.png".lower()))
     sys.stdout.flush()
     bpy.ops.wm.quit_blender()
 
@@ -52,10 +62,7 @@ def make_scene():
     scene.render.engine = "SPPM"
     scene.render.resolution_x = scene.render.resolution_y = 32
     scene.sppm.iterations = 2
-    make_scenes.add_floor(4.0, make_scenes.diffuse("White", make_scenes.WHITE))
-    make_scenes.add_sphere("Ball", (0, 0, 0.5), 0.4, make_scenes.glass("Glass"), 32, 16).data.flip_normals()
-    make_scenes.add_lamp("POINT", (1, -1, 2), (0, 0, 0), 50.0, shadow_soft_size=0.05)
-    make_scenes.add_camera((0, -4, 1), (0, 0, 0.5))
+    blender_scene.add_ball_on_floor().data.flip_normals()
     bpy.ops.render.render()
 
 

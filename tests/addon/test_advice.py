@@ -2,6 +2,7 @@
 
 from types import SimpleNamespace
 
+import blender_scene
 import bmesh
 import bpy
 import make_scenes
@@ -15,11 +16,7 @@ from test_scenes import FILES
 
 @pytest.fixture
 def table(empty_scene):
-    """A floor and a glass ball on it, lit by a lamp, seen by a camera."""
-    make_scenes.add_floor(4.0, make_scenes.diffuse("White", make_scenes.WHITE))
-    make_scenes.add_sphere("Ball", (0, 0, 0.5), 0.4, make_scenes.glass("Glass"), 32, 16)
-    make_scenes.add_lamp("POINT", (1, -1, 2), (0, 0, 0), 50.0, shadow_soft_size=0.05)
-    make_scenes.add_camera((0, -4, 1), (0, 0, 0.5))
+    blender_scene.add_ball_on_floor()
     return empty_scene
 
 

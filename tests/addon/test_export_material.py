@@ -9,9 +9,10 @@ import pytest
 bpy = pytest.importorskip("bpy")
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from addon import export_material  # noqa: E402
 from addon.compat_nodes import principled_input, principled_is_v2  # noqa: E402
-from addon.export_material import MaterialExporter, f0_from_ior, ior_from_f0  # noqa: E402
+from addon.export_material import MaterialExporter  # noqa: E402
+from addon.material_params import ZERO, luminance  # noqa: E402
+from addon.nodes_closure import f0_from_ior, ior_from_f0  # noqa: E402
 from addon.scene_desc import Blend, ClosureFlags, ClosureType, Extension, Interpolation, SceneDesc, TextureType  # noqa: E402
 
 V2 = bpy.app.version >= (4, 0, 0)
@@ -54,7 +55,7 @@ class Bench:
         emission = self.surface(self.node("Emission"))
         self.link(out, emission.inputs["Color"])
         closures = self.export()
-        return closures[0].color if closures else export_material.ZERO
+        return closures[0].color if closures else ZERO
 
     def texture(self, param):
         return self.scene.textures[param.texture - 1]
@@ -644,7 +645,7 @@ def test_blackbody_is_normalised(bench):
     node = bench.node("Blackbody")
     node.inputs[0].default_value = 6500
     color = bench.emitted(node.outputs[0]).value
-    assert export_material.luminance(color) == pytest.approx(1, abs=0.01) and max(color) / min(color) < 1.1
+    assert luminance(color) == pytest.approx(1, abs=0.01) and max(color) / min(color) < 1.1
 
 
 def test_unknown_texture_keeps_the_consumers_value(bench):

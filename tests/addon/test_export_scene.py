@@ -528,6 +528,20 @@ def test_far_scene_moves_to_its_centre(export):
         assert np.allclose(transform[:, 3] + desc.origin, far + offset, atol=1e-6)
 
 
+def test_object_that_reaches_beyond_what_rays_do_is_named(export):
+    """Told once for all such objects, and measured from where the scene has been moved to."""
+    ground = make_scenes.add_floor(3e11, None)
+    assert ground.name == "Floor"
+    make_scenes.link("Second", ground.data)
+    cube()
+    _, warnings = export()
+    assert len(warnings) == 1 and "'Floor' (and 1 more)" in warnings[0] and "1e+11 m" in warnings[0]
+    ground.scale = bpy.data.objects["Second"].scale = (0.4, 0.4, 1)
+    assert export()[1] == []
+    ground.location = bpy.data.objects["Second"].location = bpy.data.objects["Cube"].location = (3e11, 0, 0)
+    assert export()[1] == []
+
+
 # ---------------------------------------------------------------- camera
 
 

@@ -6,10 +6,10 @@ import blender_scene
 import bpy
 import make_scenes
 import pytest
-from sppm.properties import QUALITIES, SppmSettings, SppmViewLayerSettings
+from sppm.properties import DERIVED, QUALITIES, SppmSettings, SppmViewLayerSettings
 
-NAMES = [name for name in SppmSettings.__annotations__ if name != "quality"]
-NOT_ANIMATED = {"quality", "write_interval"}
+NAMES = [name for name in SppmSettings.__annotations__ if name not in DERIVED]
+NOT_ANIMATED = {*DERIVED, "write_interval"}
 
 
 @pytest.fixture
@@ -68,6 +68,33 @@ def test_tooltips_tell_the_iterations(empty_scene):
     items = empty_scene.sppm.bl_rna.properties["quality"].enum_items
     for name, values in QUALITIES.items():
         assert f"{values['iterations']} iterations" in items[name].description
+
+
+# ---------------------------------------------------------------- automatic
+
+
+def test_photons_are_automatic_or_as_many_as_pixels(empty_scene):
+    settings, render = empty_scene.sppm, empty_scene.render
+    render.resolution_x, render.resolution_y, render.resolution_percentage = 200, 100, 50
+    assert settings.use_auto_photons
+    settings.use_auto_photons = False
+    assert settings.photons_per_iteration == 100 * 50
+    settings.photons_per_iteration = 7
+    settings.use_auto_photons = False
+    assert settings.photons_per_iteration == 7
+    settings.use_auto_photons = True
+    assert settings.photons_per_iteration == 0
+
+
+def test_radius_is_automatic_or_a_length(empty_scene):
+    settings = empty_scene.sppm
+    assert settings.use_auto_radius
+    settings.use_auto_radius = False
+    assert settings.initial_radius > 0
+    settings.initial_radius = 0.5
+    assert not settings.use_auto_radius
+    settings.use_auto_radius = True
+    assert settings.initial_radius == 0
 
 
 # ---------------------------------------------------------------- what every setting has

@@ -18,7 +18,7 @@ def test_error_falls_everywhere(file):
 
     Where most is seen straight or in mirrors and glass, the errors of well spread samples fall faster: up to N^(-1).
     """
-    found = consistency.measure(export_scenes.exported(file, size=64), first=4)
+    found = consistency.measure(export_scenes.exported(file, consistency.size_of(file.stem)), first=4)
     for region, errors in found.errors.items():
         assert all(np.diff(errors[1:]) < 0), region  # before that the first radius decides
         assert -1 < found.slope(region) < -0.2, f"{region}: {found.slope(region):.2f}"

@@ -13,11 +13,7 @@ from test_engine import ask_for_all_passes, render_layers
 
 @pytest.fixture
 def ball(empty_scene):
-    """A glass ball over a floor, a camera before them."""
-    make_scenes.add_floor(2.0, make_scenes.diffuse("White", make_scenes.WHITE))
-    make_scenes.add_sphere("Ball", (0, 0, 0.4), 0.3, make_scenes.glass("Glass"), 32, 16)
-    make_scenes.add_lamp("POINT", (0.4, -0.4, 1.8), (0, 0, 0), 50.0, shadow_soft_size=0.05)
-    make_scenes.add_camera((0, -2.6, 1.6), (0, 0, 0.2))
+    blender_scene.add_ball_on_floor()
     return empty_scene
 
 

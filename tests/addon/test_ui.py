@@ -11,12 +11,13 @@ import bpy
 import make_scenes
 import pytest
 from sppm import statistics, ui, ui_report, ui_shared
-from sppm.properties import QUALITIES, SppmSettings, SppmViewLayerSettings
+from sppm.properties import DERIVED, QUALITIES, SppmSettings, SppmViewLayerSettings
 
 PANELS = [cls for module in (ui, ui_report, ui_shared) for cls in vars(module).values()
           if isinstance(cls, type) and issubclass(cls, bpy.types.Panel) and cls is not ui.SPPM_PT_presets]
+ROOT = Path(__file__).resolve().parents[2]
 SHARED = ["RENDER_PT_color_management", "RENDER_PT_format", "RENDER_PT_frame_range", "RENDER_PT_output", "RENDER_PT_stamp",
-          "WORLD_PT_context_world", "EEVEE_WORLD_PT_surface", "DATA_PT_context_light", "DATA_PT_EEVEE_light", "DATA_PT_lens",
+          "WORLD_PT_context_world", "EEVEE_WORLD_PT_surface", "DATA_PT_context_light", "DATA_PT_spot", "DATA_PT_lens",
           "DATA_PT_camera", "DATA_PT_camera_dof", "DATA_PT_camera_dof_aperture", "EEVEE_MATERIAL_PT_context_material",
           "MATERIAL_PT_custom_props", "DATA_PT_uv_texture", "OBJECT_PT_visibility", "VIEWLAYER_PT_layer",
           "EEVEE_WORLD_PT_mist"]
@@ -32,6 +33,9 @@ class Layout:
         return Layout(self._drawn)
 
     column = row = split = box = _part
+
+    def separator(self):
+        pass
 
     def prop(self, owner, name, text=None, **_settings):
         assert name in owner.bl_rna.properties, f"{owner} has no {name}"
@@ -80,10 +84,7 @@ def draw(panel, **more):
 @pytest.fixture
 def rendered(empty_scene, tmp_path):
     """A rendered scene of a glass ball with flipped normals."""
-    make_scenes.add_floor(4.0, make_scenes.diffuse("White", make_scenes.WHITE))
-    make_scenes.add_sphere("Ball", (0, 0, 0.5), 0.4, make_scenes.glass("Glass"), 32, 16).data.flip_normals()
-    make_scenes.add_lamp("POINT", (1, -1, 2), (0, 0, 0), 50.0, shadow_soft_size=0.05)
-    make_scenes.add_camera((0, -4, 1), (0, 0, 0.5))
+    blender_scene.add_ball_on_floor().data.flip_normals()
     blender_scene.render(tmp_path / "ball.exr")
     return empty_scene
 
@@ -106,7 +107,10 @@ def test_every_panel_draws(rendered):
 
 
 def test_every_setting_is_in_a_panel(empty_scene):
-    drawn = {name for panel in PANELS if panel.poll(context()) for name in draw(panel)}
+    drawn = set()
+    for is_automatic in (True, False):
+        empty_scene.sppm.use_auto_photons = empty_scene.sppm.use_auto_radius = is_automatic
+        drawn |= {name for panel in PANELS if panel.poll(context()) for name in draw(panel)}
     assert set(SppmSettings.__annotations__) - {"quality"} <= drawn
     assert set(SppmViewLayerSettings.__annotations__) <= drawn
     assert set(QUALITIES) <= drawn
@@ -124,19 +128,35 @@ def test_quality_comes_first_and_tells_what_it_sets(empty_scene):
     assert first is ui.SPPM_PT_quality
     empty_scene.sppm.quality = "FINAL"
     drawn = draw(first)
-    assert "CUSTOM" not in drawn
     assert [f"{QUALITIES['FINAL']['iterations']} iterations", "photons: automatic"] == drawn[-2:]
     empty_scene.sppm.photons_per_iteration = 2000
-    assert {"CUSTOM", "2.00 k photons in each"} <= set(draw(first))
+    assert draw(first)[-2:] == [f"custom: {QUALITIES['FINAL']['iterations']} iterations", "2.00 k photons in each"]
+
+
+def test_numbers_of_zero_are_shown_as_automatic(empty_scene):
+    settings = empty_scene.sppm
+    settings.photons_per_iteration, settings.initial_radius = 0, 0.0
+    assert not {"photons_per_iteration", "initial_radius"} & set(draw(ui.SPPM_PT_photons))
+    settings.photons_per_iteration = 2000
+    assert "photons_per_iteration" in draw(ui.SPPM_PT_photons)
+    settings.initial_radius = 0.1
+    assert "initial_radius" in draw(ui.SPPM_PT_photons)
 
 
 @pytest.mark.parametrize("kind", ["POINT", "SPOT", "SUN", "AREA"])
 def test_lamp_shows_what_is_read(empty_scene, kind):
     """The switch for shadows is the one that the exporter reads, with Cycles or without."""
     lamp = make_scenes.add_lamp(kind, (0, 0, 1), (0, 0, 0), 1.0)
-    drawn = draw(ui_shared.SPPM_LIGHT_PT_settings, light=lamp.data, object=lamp)
+    drawn = draw(ui_shared.SPPM_LIGHT_PT_light, light=lamp.data, object=lamp)
+    assert {"type", "color", "energy"} <= set(drawn)
     assert ("cast_shadow" in drawn) != ("use_shadow" in drawn)
+    size = {"POINT": "shadow_soft_size", "SPOT": "shadow_soft_size", "SUN": "angle", "AREA": "size"}[kind]
+    assert size in drawn
     assert ("spread" in drawn) == (kind == "AREA")
+    if hasattr(lamp.data, "use_temperature"):
+        assert {"exposure", "normalize"} <= set(drawn) and "temperature" not in drawn
+        lamp.data.use_temperature = True
+        assert "temperature" in draw(ui_shared.SPPM_LIGHT_PT_light, light=lamp.data, object=lamp)
     lamp.data.use_nodes = True
     assert draw(ui_shared.SPPM_LIGHT_PT_nodes, light=lamp.data) == ["Surface"]
     lamp.data.use_nodes = False
@@ -175,8 +195,9 @@ def test_statistics_are_those_of_the_render(rendered):
     rows = dict(zip(drawn[::2], drawn[1::2]))
     assert rows["Iterations"] == "4"
     assert rows["Photons sent"] == statistics.count(the_progress().photons_emitted)
-    assert rows["Indirect light by"] in ("photons", "paths")
-    assert {"    Camera paths", "    Photon paths", "    Gathering", "Rays", "Rays/s", "Memory", "Caustics light"} <= set(rows)
+    assert rows["Indirect by"] in ("photons", "paths")
+    assert {"    Camera", "    Photons", "    Gathering", "Rays", "Rays/s", "Memory", "Caustics"} <= set(rows)
+    assert max(map(len, rows)) <= 14, "cut in a narrow panel"
 
 
 def the_progress():
@@ -228,7 +249,7 @@ def test_preset_brings_all_settings_back(empty_scene, tmp_path, monkeypatch):
     assert bpy.ops.render.sppm_preset_add(name="Boxes") == {"FINISHED"}
     (file,) = tmp_path.rglob("Boxes.py")
     text = file.read_text()
-    assert all(f"sppm.{name} = " in text for name in SppmSettings.__annotations__ if name != "quality")
+    assert all(f"sppm.{name} = " in text for name in SppmSettings.__annotations__ if name not in DERIVED)
     settings.iterations, settings.pixel_filter, settings.gamma = 1, "BLACKMAN_HARRIS", 0.6
     bpy.ops.script.execute_preset(filepath=str(file), menu_idname="SPPM_PT_presets")
     assert (settings.iterations, settings.pixel_filter, settings.gamma) == (123, "BOX", pytest.approx(0.5))
@@ -250,7 +271,7 @@ def test_panels_draw_in_a_window(tmp_path):
     # `timeout` ends Blender and the X server too, and not only the script that started them.
     command = ["timeout", "300", "xvfb-run", "-a", "-s", "-screen 0 900x800x24 +extension GLX", bpy.app.binary_path,
                "--factory-startup", "--window-geometry", "0", "0", "900", "800", "--addons", "sppm", "--python-exit-code", "1",
-               "-P", str(script)]
+               "-P", str(script), "--", str(ROOT / "build" / "test" / "tabs")]
     done = subprocess.run(command, env={**os.environ, "LIBGL_ALWAYS_SOFTWARE": "1", "BLENDER_USER_CONFIG": str(tmp_path)},
                           capture_output=True, text=True, check=False)
     output = done.stdout + done.stderr

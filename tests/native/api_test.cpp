@@ -140,6 +140,9 @@ TEST_CASE("null pointers are refused by every function") {
   refused(sppm_scene_set_camera(f.scene, nullptr), bad, "sppm_scene_set_camera", "desc");
   refused(sppm_scene_commit(nullptr, 1), bad, "sppm_scene_commit", "scene");
   refused(sppm_scene_info(f.scene, nullptr), bad, "sppm_scene_info", "null");
+  refused(sppm_scene_move_instance(nullptr, 1, nullptr), bad, "sppm_scene_move_instance", "scene");
+  refused(sppm_scene_set_light(nullptr, 1, nullptr), bad, "sppm_scene_set_light", "scene");
+  refused(sppm_scene_update(nullptr, 1), bad, "sppm_scene_update", "scene");
   refused(sppm_session_create(nullptr, nullptr, nullptr), bad, "sppm_session_create", "scene");
   refused(sppm_session_create(f.scene, nullptr, nullptr), bad, "sppm_session_create", "null");
   refused(sppm_session_step(nullptr), bad, "sppm_session_step", "session");
@@ -228,15 +231,21 @@ TEST_CASE("calls at the wrong time are refused") {
   auto info = blank<SppmSceneInfo>();
   refused(sppm_session_create(f.scene, &s, &session), SPPM_INVALID_STATE, "sppm_session_create", "committed");
   refused(sppm_scene_info(f.scene, &info), SPPM_INVALID_STATE, "sppm_scene_info", "committed");
+  const auto l = light();
+  const float transform[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+  refused(sppm_scene_move_instance(f.scene, 1, transform), SPPM_INVALID_STATE, "sppm_scene_move_instance", "committed");
+  refused(sppm_scene_set_light(f.scene, 1, &l), SPPM_INVALID_STATE, "sppm_scene_set_light", "committed");
+  refused(sppm_scene_update(f.scene, 1), SPPM_INVALID_STATE, "sppm_scene_update", "committed");
   REQUIRE(sppm_scene_commit(f.scene, 1) == SPPM_OK);
   refused(sppm_scene_commit(f.scene, 1), SPPM_INVALID_STATE, "sppm_scene_commit", "committed");
   uint32_t id = 0;
-  const auto l = light();
   refused(sppm_scene_add_light(f.scene, &l, &id), SPPM_INVALID_STATE, "sppm_scene_add_light", "committed");
-  const auto c = camera();
-  refused(sppm_scene_set_camera(f.scene, &c), SPPM_INVALID_STATE, "sppm_scene_set_camera", "committed");
   CHECK(sppm_scene_info(f.scene, &info) == SPPM_OK);
   CHECK(info.triangle_count == 1);
+  const auto c = camera();
+  CHECK(sppm_scene_set_camera(f.scene, &c) == SPPM_OK);
+  CHECK(sppm_scene_set_light(f.scene, 1, &l) == SPPM_OK);
+  CHECK(sppm_scene_update(f.scene, 1) == SPPM_OK);
 
   SppmScene* bare = nullptr;
   REQUIRE(sppm_scene_create(&bare) == SPPM_OK);

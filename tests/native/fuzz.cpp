@@ -71,7 +71,10 @@ std::string run_case(uint64_t seed, Tally& tally) {
   SppmSession* session = nullptr;
   const SppmSettings settings = scene.settings();
   if (!scene.accept(sppm_session_create(scene.handle(), &settings, &session))) return scene.problem();
-  for (uint32_t n = 1 + chance.below(3); n > 0; --n) scene.accept(sppm_session_step(session));
+  for (uint32_t n = 1 + chance.below(3); n > 0; --n) {
+    scene.accept(sppm_session_step(session));
+    if (chance.one_in(3)) scene.move();
+  }
   if (chance.one_in(4) && (sppm_session_cancel(session) != SPPM_OK || sppm_session_step(session) != SPPM_CANCELLED))
     return "a cancelled step was not";
   std::string problem = scene.problem().empty() ? check_passes(session, scene.pixels()) : scene.problem();

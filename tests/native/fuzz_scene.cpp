@@ -1,6 +1,7 @@
 #include "fuzz_scene.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace {
 
@@ -172,8 +173,19 @@ void FuzzScene::add_instance() {
   if (chance_.one_in(2)) std::fill(d.transform, d.transform + 12, 0.0f), d.transform[0] = d.transform[5] = d.transform[10] = 1;
   if (scramble()) chance_.scramble(d, &SppmInstanceDesc::material_count, &SppmInstanceDesc::materials, &SppmInstanceDesc::name);
   if (scramble()) chance_.scramble_element(materials);
+  d.movable = chance_.below(2);
   uint32_t id = 0;
-  accept(sppm_scene_add_instance(scene_, &d, &id));
+  if (accept(sppm_scene_add_instance(scene_, &d, &id)) && d.movable) movable_.push_back(id);
+}
+
+void FuzzScene::move() {
+  for (const uint32_t id : movable_) {
+    float m[12];
+    transform(m, false);
+    if (scramble()) m[chance_.below(12)] = std::numeric_limits<float>::quiet_NaN();
+    accept(sppm_scene_move_instance(scene_, id, m));
+  }
+  accept(sppm_scene_update(scene_, chance_.below(3)));
 }
 
 void FuzzScene::add_light() {

@@ -21,6 +21,7 @@ class FuzzScene {
   bool committed() const { return committed_; }
   const std::string& problem() const { return problem_; }  // "" if all went as it should
   SppmSettings settings();
+  void move();  // what can be, of a committed scene
   // Notes a status that should not be; true if it is SPPM_OK.
   bool accept(SppmStatus status);
 
@@ -45,6 +46,7 @@ class FuzzScene {
   bool scrambled_;
   SppmScene* scene_ = nullptr;
   float scale_ = 1, center_[3] = {0, 0, 0};
+  std::vector<uint32_t> movable_;
   uint32_t images_ = 0, textures_ = 0, materials_ = 0, meshes_ = 0;
   uint64_t pixels_ = 0;
   bool committed_ = false;

@@ -189,13 +189,16 @@ def test_a_half_clear_holdout_cuts_out_its_half():
     np.testing.assert_allclose(combined, np.broadcast_to((0.3, 0.3, 0.3, 0.5), combined.shape), rtol=1e-5)
 
 
-@pytest.mark.parametrize("is_instanced", [False, True])
-def test_what_is_hidden_from_the_camera_still_shines_and_shadows(is_instanced):
+@pytest.mark.parametrize("place", ["alone", "instanced", "movable", "beside what is movable"])
+def test_what_is_hidden_from_the_camera_still_shines_and_shadows(place):
     """A small glowing square between camera and floor; the floor below has the light of the closed form, and mirrors show the square."""
     radiance, half, height = 5.0, 0.05, 1.0
     scene = Scene().add(floor(10), diffuse(0.5)).add(floor(half, height), emission(radiance))
     change_last(scene, flags=InstanceFlags.HIDDEN_FROM_CAMERA)
-    if is_instanced:  # a second, far away, makes both true instances of one mesh
+    if "movable" in place:
+        number = 1 if place == "movable" else 0
+        scene.desc.instances[number] = replace(scene.desc.instances[number], movable=True)
+    if place == "instanced":  # a second, far away, makes both true instances of one mesh
         far = scene.desc.instances[-1].transform.copy()
         far[:, 3] = 1e3, 0, -1
         scene.desc.instances.append(replace(scene.desc.instances[-1], transform=far, flags=InstanceFlags.NONE))

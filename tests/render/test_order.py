@@ -9,21 +9,21 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def native_groups():
-    """The groups of the order as docs/architecture.md lists them, leftmost first."""
+def places(what):
+    """{name: position} in the order that docs/architecture.md lists for `what`, leftmost first."""
     text = (ROOT / "docs" / "architecture.md").read_text()
-    line = re.search(r"- native: (.*?)\n- addon", text, re.S).group(1)
-    return [group.split() for group in re.sub(r"[`\n]", " ", line).split("<")]
+    line = re.search(rf"\n- {what}: (.*?)\n(?:- |\n)", text, re.S).group(1)
+    groups = [group.split() for group in re.sub(r"[`\n]", " ", line).split("<")]
+    return {name: i for i, group in enumerate(groups) for name in group}
 
 
 def test_every_native_file_is_in_the_order():
-    listed = {name for group in native_groups() for name in group}
     files = {path.stem for path in (ROOT / "native" / "src").iterdir()}
-    assert files == listed
+    assert files == set(places("native"))
 
 
 def test_native_includes_point_left():
-    place = {name: i for i, group in enumerate(native_groups()) for name in group}
+    place = places("native")
     wrong = []
     for path in (ROOT / "native" / "src").iterdir():
         for included in re.findall(r'#include "(\w+)\.h"', path.read_text()):
@@ -54,8 +54,8 @@ def imports_of(path):
 
 
 def test_plain_modules_need_neither_blender_nor_ctypes():
-    plain = {"scene_desc": set(), "native": {"scene_desc"}, "bounds": set(), "shell": set(), "wording": set(),
-             "advice": {"scene_desc", "bounds", "shell", "wording"}, "statistics": {"native"}}
+    plain = {"scene_desc": set(), "native": {"scene_desc"}, "bounds": set(), "shell": set(),
+             "wording": set(), "advice": {"scene_desc", "bounds", "shell", "wording"}, "statistics": {"native"}}
     for name, allowed in plain.items():
         own, others = imports_of(ROOT / "addon" / f"{name}.py")
         assert own <= allowed
@@ -64,8 +64,21 @@ def test_plain_modules_need_neither_blender_nor_ctypes():
 
 
 def test_exporters_never_import_native():
-    for path in (ROOT / "addon").glob("export_*.py"):
+    for path in exporters():
         assert not imports_of(path)[0] & {"native", "engine", "ui", "properties"}, path.name
+
+
+def exporters():
+    return [path for kind in ("export", "material", "nodes") for path in (ROOT / "addon").glob(f"{kind}_*.py")]
+
+
+def test_modules_of_materials_import_to_the_left():
+    place = places("material nodes")
+    files = {path.stem for path in exporters() if not path.stem.startswith("export")}
+    assert files <= set(place)
+    wrong = [f"{name} imports {other}" for name in place for other in imports_of(ROOT / "addon" / f"{name}.py")[0]
+             if place.get(other, len(place)) >= place[name]]
+    assert not wrong
 
 
 def test_ctypes_lives_in_native_only():

@@ -32,7 +32,7 @@ extern "C" {
 #endif
 
 /* Raised whenever a caller built for another header could misread a struct. Compare with sppm_abi_version() at load. */
-#define SPPM_ABI_VERSION 3
+#define SPPM_ABI_VERSION 4
 
 typedef enum SppmStatus {
   SPPM_OK = 0,
@@ -175,6 +175,7 @@ typedef struct SppmInstanceDesc {
   uint32_t flags;            /* SppmInstanceFlags */
   uint32_t index;            /* that OBJECT_INDEX shows */
   const char *name;
+  uint32_t movable;          /* sppm_scene_move_instance may be called for it; its rays take a little longer */
 } SppmInstanceDesc;
 
 typedef enum SppmLightType {
@@ -236,10 +237,19 @@ SPPM_API SppmStatus sppm_scene_add_mesh(SppmScene *scene, const SppmMeshDesc *de
 SPPM_API SppmStatus sppm_scene_add_instance(SppmScene *scene, const SppmInstanceDesc *desc, uint32_t *instance);
 SPPM_API SppmStatus sppm_scene_add_light(SppmScene *scene, const SppmLightDesc *desc, uint32_t *light);
 SPPM_API SppmStatus sppm_scene_set_world(SppmScene *scene, const SppmWorldDesc *desc);
+/* Legal after sppm_scene_commit too, at once and without sppm_scene_update; a session's picture must keep its size. */
 SPPM_API SppmStatus sppm_scene_set_camera(SppmScene *scene, const SppmCameraDesc *desc);
-/* Builds BVH and light distribution with up to `threads` threads (0: all cores). Afterwards the scene is read-only. A scene without
- * geometry, lights or world is legal; one without a camera is not. */
+/* Builds BVH and light distribution with up to `threads` threads (0: all cores). Afterwards only what stands below may change. A scene
+ * without geometry, lights or world is legal; one without a camera is not. */
 SPPM_API SppmStatus sppm_scene_commit(SppmScene *scene, uint32_t threads);
+
+/* Moving what is in a committed scene. No session of the scene may be in a step meanwhile; what a session has rendered is not forgotten,
+ * so a picture of the new places alone needs a new session. Nothing changes before sppm_scene_update, and then the scene renders to the
+ * bits as one that was built so. */
+SPPM_API SppmStatus sppm_scene_move_instance(SppmScene *scene, uint32_t instance, const float *transform); /* 12 floats */
+/* Replaces a lamp by another one, of whatever type, in whatever place. */
+SPPM_API SppmStatus sppm_scene_set_light(SppmScene *scene, uint32_t light, const SppmLightDesc *desc);
+SPPM_API SppmStatus sppm_scene_update(SppmScene *scene, uint32_t threads);
 
 typedef struct SppmSceneInfo {
   uint64_t struct_size;
