@@ -56,6 +56,7 @@ class _Render:
     def run(self):
         self._engine.update_stats("", "SPPM: exporting the scene")
         desc, warnings = export_scene(self._depsgraph, self._engine.camera_override)
+        warnings += render_result.warnings(self._depsgraph.view_layer)
         self._settings.origin = desc.origin
         hints = advice.before_render(desc, self._settings.max_depth)
         self._tell(warnings, hints)

@@ -103,12 +103,14 @@ def render_passes(path, engine="SPPM"):
 
 
 def both(folder):
-    ours, theirs = render_passes(folder / "sppm.exr"), render_passes(folder / "cycles.exr", "CYCLES")
+    return render_passes(folder / "sppm.exr"), render_passes(folder / "cycles.exr", "CYCLES")
+
+
+def save_pictures(ours, theirs):
     PICTURES.mkdir(parents=True, exist_ok=True)
     for name in PASSES:
         pictures = [as_colors(passes[name]) for passes in (ours, theirs)]
         blender_scene.save_side_by_side(PICTURES / f"pass-{name}-{bpy.app.version_string}.png", *pictures, zoom=6)
-    return ours, theirs
 
 
 def as_colors(pixels):
@@ -141,6 +143,7 @@ def test_averages_are_those_of_cycles(patches, tmp_path):
     pixel, and Cycles takes what rough lobes reflect from tables where our passes take a smooth surface's.
     """
     ours, theirs = both(tmp_path)
+    save_pictures(ours, theirs)
     for name in ("Normal", "UV", "Mist", "Emission", "Environment", "Diffuse Color", "Denoising Albedo", "Denoising Normal"):
         assert ours[name].shape == theirs[name].shape
         for kind in MATERIALS:
@@ -193,3 +196,11 @@ def test_what_is_not_asked_for_is_not_there(patches, tmp_path):
         setattr(bpy.context.view_layer, f"use_pass_{name}", False)
     setattr(*compat.denoising_switch(bpy.context.view_layer), False)
     assert list(render_layers(tmp_path / "plain.exr")) == ["ViewLayer.Combined"]
+
+
+def test_passes_that_there_are_not_are_named(patches, tmp_path, capsys):
+    """Once, in one line; what is there is not."""
+    bpy.context.view_layer.use_pass_vector = bpy.context.view_layer.use_pass_glossy_direct = True
+    blender_scene.render(tmp_path / "sppm.exr")
+    lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("SPPM:") and "passes" in line]
+    assert lines == ["SPPM: view layer 'ViewLayer': there are no passes Vector, Glossy Direct"]
