@@ -213,6 +213,8 @@ TEST_CASE("fields out of range are named") {
   refused(sppm_scene_add_instance(f.scene, &in, &id), SPPM_INVALID_ARGUMENT, "sppm_scene_add_instance", "mesh 5");
   in = f.instance(), in.material_count = 0;
   refused(sppm_scene_add_instance(f.scene, &in, &id), SPPM_INVALID_ARGUMENT, "sppm_scene_add_instance", "material_count");
+  in = f.instance(), in.flags = 4;
+  refused(sppm_scene_add_instance(f.scene, &in, &id), SPPM_INVALID_ARGUMENT, "sppm_scene_add_instance", "flags");
   in = f.instance(), in.transform[3] = kNan;
   refused(sppm_scene_add_instance(f.scene, &in, &id), SPPM_INVALID_ARGUMENT, "sppm_scene_add_instance", "transform");
 
@@ -258,6 +260,8 @@ TEST_CASE("settings out of range are named") {
   REQUIRE(sppm_scene_commit(f.scene, 1) == SPPM_OK);
   const std::pair<std::function<void(SppmSettings&)>, const char*> mistakes[] = {
       {[](auto& s) { s.iterations = 0; }, "iterations"},       {[](auto& s) { s.gamma = 1; }, "gamma"},
+      {[](auto& s) { s.alpha_threshold = 2; }, "alpha_threshold"}, {[](auto& s) { s.mist_depth = -1; }, "mist_depth"},
+      {[](auto& s) { s.mist_power = -1; }, "mist_power"},      {[](auto& s) { s.origin[1] = std::nan(""); }, "origin"},
       {[](auto& s) { s.gamma = std::nan(""); }, "gamma"},      {[](auto& s) { s.max_depth = 0; }, "max_depth"},
       {[](auto& s) { s.max_depth = 5000; }, "max_depth"},      {[](auto& s) { s.filter_width = 0; }, "filter_width"},
       {[](auto& s) { s.pixel_filter = 2; }, "pixel_filter"},   {[](auto& s) { s.initial_radius = -1; }, "initial_radius"},
