@@ -16,6 +16,10 @@ from .scene_desc import SceneError
 _POLL_SECONDS = 0.03
 _PREVIEW_SECONDS = 1.0
 _STATUS_SECONDS = 0.25
+_GOODBYE_SECONDS = 0.2  # for what Blender does with its engine after `render` has returned
+_PATIENCE_SECONDS = 10.0
+
+_under_way = set()  # every _Render that has not ended
 
 # Failures whose message is all that the user needs.
 _EXPECTED = (native.SppmError, CameraError, SceneError, MemoryError, OSError)
@@ -52,8 +56,23 @@ class _Render:
         self._engine, self._depsgraph = engine, depsgraph
         self._settings = session_settings(depsgraph)
         self._next_preview, self._next_preview_iteration, self._next_status = 0.0, 1, 0.0
+        self._is_stopped = False
 
     def run(self):
+        _under_way.add(self)
+        try:
+            self._run()
+        finally:
+            _under_way.discard(self)
+
+    def stop(self):
+        """As if the user cancelled; may be called by any thread."""
+        self._is_stopped = True
+
+    def _shall_stop(self):
+        return self._is_stopped or self._engine.test_break()
+
+    def _run(self):
         self._engine.update_stats("", "SPPM: exporting the scene")
         desc, warnings = export_scene(self._depsgraph, self._engine.camera_override)
         warnings += render_result.warnings(self._depsgraph.view_layer)
@@ -108,7 +127,7 @@ class _Render:
     def _loop(self, session, writer):
         """Steps until done; what was rendered before the user cancels is kept."""
         with ThreadPoolExecutor(max_workers=1, thread_name_prefix="sppm") as worker:
-            while not session.progress().finished and not self._engine.test_break():
+            while not session.progress().finished and not self._shall_stop():
                 if not self._step(session, worker):
                     break
                 self._show(session, writer)
@@ -118,7 +137,7 @@ class _Render:
         step = worker.submit(session.step)
         try:
             while not wait([step], timeout=_POLL_SECONDS).done:
-                if self._engine.test_break():
+                if self._shall_stop():
                     session.cancel()
                 self._show_status(session.progress())
             step.result()
@@ -211,9 +230,22 @@ def _print_stamp(progress, info):
         print(f"SPPM: {progress.dropped_samples} samples were not finite and were left out", flush=True)
 
 
+def _stop_renders():
+    """Ends what renders in other threads: Blender crashes where the engine is taken from under a render."""
+    if not _under_way:
+        return
+    for render in list(_under_way):
+        render.stop()
+    end = time.monotonic() + _PATIENCE_SECONDS
+    while _under_way and time.monotonic() < end:
+        time.sleep(_POLL_SECONDS)
+    time.sleep(_GOODBYE_SECONDS)
+
+
 def register():
     bpy.utils.register_class(SppmRenderEngine)
 
 
 def unregister():
+    _stop_renders()
     bpy.utils.unregister_class(SppmRenderEngine)

@@ -10,6 +10,7 @@ import mathutils
 import numpy as np
 
 from . import compat
+from .nodes_input import blackbody_color
 from .scene_desc import LightDesc, LightFlags, LightType, WorldDesc
 
 # ---------------------------------------------------------------- lamps
@@ -187,7 +188,7 @@ def _constant(socket, source_type, owner, warn):
     if node.type == source_type:
         return node.outputs[0].default_value
     if node.type == "BLACKBODY":
-        return _blackbody(node.inputs["Temperature"].default_value)
+        return np.maximum(blackbody_color(node.inputs["Temperature"].default_value), 0.0)
     warn(f"{owner}: {node.name} cannot be read as a constant, the socket's own value is used")
     return socket.default_value
 
@@ -199,25 +200,3 @@ def _constant_color(socket, owner, warn):
 def _constant_value(socket, owner, warn):
     value = _constant(socket, "VALUE", owner, warn)
     return float(value if np.isscalar(value) else value[0])
-
-
-def _blackbody(kelvin):
-    """Linear Rec.709 of a black body at `kelvin`, luminance 1, by the Planckian locus of Kim et al. (2002), 1667 to 25000 K."""
-    t = min(max(kelvin, 1667.0), 25000.0)
-    if t <= 4000.0:
-        x = -0.2661239e9 / t**3 - 0.2343589e6 / t**2 + 0.8776956e3 / t + 0.179910
-    else:
-        x = -3.0258469e9 / t**3 + 2.1070379e6 / t**2 + 0.2226347e3 / t + 0.240390
-    if t <= 2222.0:
-        y = -1.1063814 * x**3 - 1.34811020 * x**2 + 2.18555832 * x - 0.20219683
-    elif t <= 4000.0:
-        y = -0.9549476 * x**3 - 1.37418593 * x**2 + 2.09137015 * x - 0.16748867
-    else:
-        y = 3.0817580 * x**3 - 5.87338670 * x**2 + 3.75112997 * x - 0.37001483
-    xyz = np.array((x / y, 1.0, (1.0 - x - y) / y))
-    to_rgb = np.array((
-        (3.2404542, -1.5371385, -0.4985314),
-        (-0.9692660, 1.8760108, 0.0415560),
-        (0.0556434, -0.2040259, 1.0572252),
-    ))
-    return np.maximum(to_rgb @ xyz, 0.0)

@@ -47,6 +47,8 @@ def export_scene(depsgraph, camera=None):
     walk.desc.camera = export_camera(camera.evaluated_get(depsgraph) if camera else None, scene.render, walk.warn)
     if depsgraph.view_layer.use_sky:
         walk.desc.world = export_world(compat.world_of(scene, depsgraph.view_layer_eval), walk.images.export, walk.warn)
+    if scene.render.use_multiview:
+        walk.warn("stereoscopy is not rendered: every view shows what the camera itself sees")
     for instance in depsgraph.object_instances:
         walk.visit(instance)
     walk.warn_of_objects()

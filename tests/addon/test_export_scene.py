@@ -506,6 +506,14 @@ def test_what_an_instancer_says_counts_for_its_instances(export):
         ("Floor", InstanceFlags.HOLDOUT, 4), ("Child", both, 3)}
 
 
+# ---------------------------------------------------------------- views
+
+
+def test_stereoscopy_is_a_warning(export):
+    bpy.context.scene.render.use_multiview = True
+    assert any("stereoscopy" in warning for warning in export()[1])
+
+
 # ---------------------------------------------------------------- origin
 
 
@@ -687,3 +695,41 @@ def test_world(export):
 def test_no_world_is_black(export):
     bpy.context.scene.world = None
     assert export()[0].world is None
+
+
+@pytest.mark.skipif("exposure" not in bpy.types.Light.bl_rna.properties, reason="lamps have an exposure from Blender 4.5 on")
+def test_exposure_temperature_and_normalisation_of_lamps(export):
+    lamp = make_scenes.add_lamp("AREA", *DOWN, 10.0, shape="SQUARE", size=2.0).data
+    usual = export()[0].lights[0].emission[0]
+    lamp.exposure = 3.0
+    assert export()[0].lights[0].emission[0] == pytest.approx(8 * usual)
+    lamp.normalize = False
+    assert export()[0].lights[0].emission[0] == pytest.approx(4 * 8 * usual), "as strong, of 4 square metres"
+    lamp.use_temperature, lamp.temperature = True, 3000.0
+    warm = export()[0].lights[0].emission
+    assert warm[0] > warm[1] > warm[2]
+
+
+def test_nodes_of_lamps(export):
+    """A constant counts, anything else is named."""
+    lamp = make_scenes.add_lamp("POINT", *DOWN, 10.0).data
+    usual = export()[0].lights[0].emission[0]
+    lamp.use_nodes = True
+    emission = lamp.node_tree.nodes["Emission"]
+    emission.inputs["Strength"].default_value = 3.0
+    assert export()[0].lights[0].emission[0] == pytest.approx(3 * usual)
+    body = lamp.node_tree.nodes.new("ShaderNodeBlackbody")
+    body.inputs[0].default_value = 3000.0
+    lamp.node_tree.links.new(body.outputs[0], emission.inputs["Color"])
+    warm = export()[0].lights[0].emission
+    assert warm[0] > warm[1] > warm[2]
+    assert np.dot(warm, (0.2126, 0.7152, 0.0722)) == pytest.approx(3 * usual, rel=0.02), "of luminance 1"
+    texture = lamp.node_tree.nodes.new("ShaderNodeTexNoise")
+    lamp.node_tree.links.new(texture.outputs[0], emission.inputs["Strength"])
+    assert any("'Point'" in warning and "Noise" in warning for warning in export()[1])
+
+
+def test_sky_texture_is_named(export):
+    tree = bpy.context.scene.world.node_tree
+    tree.links.new(tree.nodes.new("ShaderNodeTexSky").outputs[0], tree.nodes["Background"].inputs["Color"])
+    assert any("Sky Texture" in warning for warning in export()[1])

@@ -2,6 +2,7 @@
 
 import gc
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -12,6 +13,8 @@ import bpy
 import make_scenes
 import numpy as np
 import pytest
+
+REFUSED = 3  # exit code of life_in_window.py: Blender does not let it go on
 
 
 def make_room():
@@ -112,3 +115,32 @@ def test_memory_after_fifty_renders_is_that_after_two(addon, tmp_path):
 def test_python_ends_cleanly_where_blender_is_a_module(more):
     program = f"import bpy, addon_utils; addon_utils.enable('sppm'){more}"
     subprocess.run([sys.executable, "-c", program], check=True, timeout=60)
+
+
+# ---------------------------------------------------------------- a real window
+
+
+@pytest.mark.skipif(not bpy.app.binary_path, reason="the bpy wheel has no window")
+def test_what_a_user_does_while_a_picture_renders(tmp_path):
+    """Esc, undo, deleted objects, another file, a reloaded add-on: Blender lives, and the next picture is right."""
+    lines = re.findall(r"^STEP (\S+) (\S+)$", story_in_window(tmp_path), re.MULTILINE)
+    found = {name: float(value) for name, value in lines}
+    assert set(found) == {"whole", "cancelled", "kept", "cancelled-in-step", "undone", "removed", "again", "reloaded"}
+    assert found["cancelled"] < 0.5 and found["cancelled-in-step"] < 0.5, "seconds from the key to the end of the render"
+    assert found["kept"] == pytest.approx(1.0, abs=0.02), "what was rendered before Esc, beside the whole picture; noise"
+    assert (found["undone"], found["removed"]) == (0, 2), "Blender's own part"
+    assert found["whole"] > 0 and found["again"] == found["reloaded"] == 0, "bit by bit the first picture"
+
+
+def story_in_window(folder, tries=3):
+    """What life_in_window.py prints."""
+    command = ["timeout", "120", "xvfb-run", "-a", "-s", "-screen 0 640x480x24 +extension GLX", bpy.app.binary_path,
+               "--factory-startup", "--window-geometry", "0", "0", "640", "480", "--addons", "sppm", "--python-exit-code", "1",
+               "-P", str(Path(__file__).with_name("life_in_window.py"))]
+    for _ in range(tries):
+        done = subprocess.run(command, env={**os.environ, "LIBGL_ALWAYS_SOFTWARE": "1", "BLENDER_USER_CONFIG": str(folder)},
+                              capture_output=True, text=True, check=False)
+        if done.returncode != REFUSED:
+            break
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
