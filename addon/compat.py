@@ -145,6 +145,29 @@ def uses_nodes(owner):
     return owner.use_nodes
 
 
+# ---------------------------------------------------------------- view layers
+
+
+_OLD_PASS_NAMES = {"Object Index": "IndexOB", "Material Index": "IndexMA", "Emission": "Emit", "Environment": "Env",
+                   "Diffuse Color": "DiffCol"}
+
+
+def pass_name(name):
+    """What Blender calls a pass of the library in results and files; before 5.0 some names are short."""
+    return name if bpy.app.version >= (5, 0, 0) else _OLD_PASS_NAMES.get(name, name)
+
+
+def denoising_switch(view_layer):
+    """(owner, name) of the switch for the denoising passes: Cycles' own where Cycles is enabled, so that its scenes need no other."""
+    owner = view_layer.cycles if hasattr(view_layer, "cycles") else view_layer.sppm
+    return owner, "denoising_store_passes"
+
+
+def world_of(scene, view_layer):
+    """The world that a view layer shows; layers may have their own from 4.2 on."""
+    return getattr(view_layer, "world_override", None) or scene.world
+
+
 # ---------------------------------------------------------------- results
 
 

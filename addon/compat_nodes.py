@@ -25,6 +25,11 @@ def microfacets_are_separable() -> bool:
     return bpy.app.version < (4, 0, 0)
 
 
+def default_is_principled() -> bool:
+    """Whether what has no material shows a Principled BSDF of default settings, as in Cycles since 5.0, and not plain grey."""
+    return bpy.app.version >= (5, 0, 0)
+
+
 def principled_input(node: bpy.types.Node, name: str) -> bpy.types.NodeSocket | None:
     """The input with the 3.4 `name` or what it is called since; None where this version has no such input."""
     return node.inputs.get(name) or node.inputs.get(PRINCIPLED_V2_NAMES.get(name, name))

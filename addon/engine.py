@@ -98,6 +98,8 @@ class _Render:
         self._engine.update_stats("", "SPPM: exporting the scene")
         shutter = shutter_of(self._engine, self._depsgraph.scene)
         desc, warnings = export_scene(self._depsgraph, self._engine.camera_override, shutter)
+        warnings += render_result.warnings(self._depsgraph.view_layer)
+        self._settings.origin = desc.origin
         hints = advice.before_render(desc, self._settings.max_depth)
         self._tell(warnings, hints)
         self._engine.update_stats("", "SPPM: building the scene")
@@ -220,7 +222,10 @@ def session_settings(depsgraph):
     scene, view_layer = depsgraph.scene, depsgraph.view_layer
     own = scene.sppm
     return replace(
-        _settings(scene), iterations=own.iterations, time_limit=own.time_limit, write_interval=own.write_interval,
+        _settings(scene),
+        # An iteration is a sample a pixel.
+        iterations=view_layer.samples or own.iterations,
+        time_limit=own.time_limit, write_interval=own.write_interval, **render_result.data_settings(scene, view_layer),
         snapshot_path=_snapshot_path(scene, view_layer) if own.write_interval > 0 else "",
         passes=frozenset(render_result.requested_passes(view_layer) + render_result.measured_passes(own.write_interval > 0)))
 

@@ -11,11 +11,12 @@ Limits that come from the closures:
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import bpy
 
 from .material_params import TextureAlgebra, gray, rgb
-from .nodes_closure import diffuse
+from .nodes_closure import default_surface, diffuse
 from .nodes_walk import Needs, Walk
 from .scene_desc import MaterialDesc, SceneDesc
 
@@ -38,18 +39,18 @@ class MaterialExporter:
         self.needs = {}
 
     def export(self, material: bpy.types.Material | None) -> int:
-        """The id of `material` in the scene; None is Cycles' default surface, 0.8 grey."""
+        """The id of `material` in the scene; None is Cycles' default surface."""
         key = material.name_full if material else None
         if key not in self.ids:
             desc, needs = self.describe(material)
-            self.scene.materials.append(desc)
+            self.scene.materials.append(replace(desc, index=material.pass_index if material else 0))
             self.ids[key] = len(self.scene.materials)
             self.needs[self.ids[key]] = needs
         return self.ids[key]
 
     def describe(self, material):
         if material is None:
-            return MaterialDesc("default", (diffuse(gray(0.8)),)), Needs()
+            return MaterialDesc("default", default_surface()), Needs()
         if (bpy.app.version < (5, 0, 0) and not material.use_nodes) or material.node_tree is None:
             return MaterialDesc(material.name, (diffuse(rgb(material.diffuse_color)),)), Needs()
         walk = Walk(self, material)

@@ -12,6 +12,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from . import compat
 from .bounds import instance_boxes
 from .export_cache import CachedMaterials, CachedMesh, ExportCache
 from .export_camera import export_camera
@@ -19,13 +20,13 @@ from .export_image import ImageExporter
 from .export_light import export_light, export_world
 from .export_mesh import export_mesh
 from .export_motion import MotionReader
-from .scene_desc import InstanceDesc, SceneDesc
+from .scene_desc import InstanceDesc, InstanceFlags, SceneDesc
 from .wording import named
 
 _UNSUPPORTED = {"CURVES": "hair curves", "VOLUME": "a volume", "POINTCLOUD": "a point cloud", "GPENCIL": "grease pencil",
                 "GREASEPENCIL": "grease pencil"}
 _FARTHEST = 1e11  # metres from the middle of the scene; kLargestCoordinate of native/src/accel.cpp
-_RAY_VISIBILITY = ("camera", "diffuse", "glossy", "transmission", "shadow")
+_OTHER_RAYS = ("diffuse", "glossy", "transmission", "shadow")
 
 
 def export_scene(depsgraph, camera=None, shutter=None):
@@ -100,18 +101,27 @@ class _Walk:
         self._images = ImageExporter(self.desc, self.warn, cache.images)
         self._materials = CachedMaterials(self.desc, self.warn, self._images, cache.materials)
         self._meshes = {}  # address -> mesh id or 0
+        self._objects_with = {}  # what is said of objects, once for all of them -> their names
 
     def run(self, depsgraph, is_shown):
         """Exports all but the camera; `is_shown` tells of an object whether it may be seen."""
-        self.desc.world = export_world(depsgraph.scene_eval.world, self._images.export, self.warn)
+        self._layer, self._layer_eval = depsgraph.view_layer, depsgraph.view_layer_eval
+        if self._layer.use_sky:
+            self.desc.world = export_world(compat.world_of(depsgraph.scene_eval, self._layer_eval), self._images.export, self.warn)
         for instance in depsgraph.object_instances:
             if is_shown(instance.object):
                 self._visit(instance)
+        self._warn_of_objects()
         self._cache.keep_only(self._meshes, self._materials.ids, self._images.ids)
 
     def warn(self, message):
         if message not in self.warnings:
             self.warnings.append(message)
+
+    def _warn_of_objects(self):
+        """One message for each kind of what objects ask for and do not get."""
+        for what, names in self._objects_with.items():
+            self.warn(f"object {named(names)}: {what}")
 
     def _visit(self, instance):
         """Exports one instance if it shows itself; an instancer may hide behind what it instances."""
@@ -126,7 +136,8 @@ class _Walk:
                 self._append(light, self.desc.lights, instance)
         elif isinstance(obj.data, bpy.types.Mesh):
             # Curves, texts, surfaces and metaballs pass by twice: as themselves, and as the mesh that they evaluate to.
-            self._add_instance(instance)
+            if self._layer.use_solid:
+                self._add_instance(instance)
         elif obj.type in _UNSUPPORTED:
             self.warn(f"object '{obj.name}': {_UNSUPPORTED[obj.type]} cannot be rendered and is left out")
 
@@ -142,7 +153,8 @@ class _Walk:
 
     def _add_instance(self, instance):
         obj = instance.object
-        if not self._is_visible(obj):
+        flags = self._flags(obj, instance.parent if instance.is_instance else obj)
+        if flags is None:
             return
         transform = np.array(instance.matrix_world, dtype=np.float64)[:3]
         if not np.isfinite(transform).all():
@@ -150,19 +162,29 @@ class _Walk:
             return
         if np.linalg.matrix_rank(transform[:, :3]) < 2:
             return  # scaled to a point or a line; what is squeezed flat still shows
-        materials = list(_materials_of(obj))
+        materials = [self._layer_eval.material_override or material for material in _materials_of(obj)]
         ids = tuple(map(self._materials.export, materials))
         mesh_id = self._mesh_id(obj, materials)
         if mesh_id:
-            self._append(InstanceDesc(obj.name, mesh_id, ids, transform), self.desc.instances, instance)
+            desc = InstanceDesc(obj.name, mesh_id, ids, transform, flags, obj.pass_index)
+            self._append(desc, self.desc.instances, instance)
 
-    def _is_visible(self, obj):
-        visible = [getattr(obj, f"visible_{ray}", True) for ray in _RAY_VISIBILITY]
-        if any(visible) and not all(visible):
-            self.warn(f"object '{obj.name}': ray visibility is ignored, it is seen by all rays")
-        if getattr(obj, "is_holdout", False) or getattr(obj, "is_shadow_catcher", False):
-            self.warn(f"object '{obj.name}': holdouts and shadow catchers are rendered as ordinary objects")
-        return any(visible)
+    def _flags(self, obj, parent):
+        """How camera rays see an object, None if no ray sees it; what is said of `parent`, which instances it, counts for it."""
+        def seen_by(ray):
+            return getattr(obj, f"visible_{ray}") and getattr(parent, f"visible_{ray}")
+
+        holdout = parent.original.holdout_get(view_layer=self._layer)
+        camera = seen_by("camera") and (holdout or not parent.original.indirect_only_get(view_layer=self._layer))
+        others = [seen_by(ray) for ray in _OTHER_RAYS]
+        if not camera and not any(others):
+            return None
+        if not all(others):
+            self._objects_with.setdefault("ray visibility counts for camera rays only, all other rays see it", []).append(obj.name)
+        if obj.is_shadow_catcher or parent.is_shadow_catcher:
+            self._objects_with.setdefault("a shadow catcher is rendered as an ordinary object", []).append(obj.name)
+        flags = InstanceFlags.HOLDOUT if holdout else InstanceFlags.NONE
+        return flags if camera else flags | InstanceFlags.HIDDEN_FROM_CAMERA
 
     def _mesh_id(self, obj, materials):
         """The mesh's id, 0 if it is empty; read again only if it has changed or another instance's materials want more of it."""
@@ -184,12 +206,13 @@ class _Walk:
         return self._meshes[key]
 
     def _wants(self, obj, materials):
-        """(whether any material reads UVs, name of the colour attribute read or None)."""
+        """(whether UVs are read, by a material or for their pass, name of the colour attribute read or None)."""
         needs = [self._materials.needs(material) for material in materials]
         names = {need.colors for need in needs} - {None}
         if len(names) > 1:
             self.warn(f"object '{obj.name}': its materials read several colour attributes, only one can be used")
-        return any(need.uv_map is not None for need in needs), min(names, default=None)
+        wants_uvs = self._layer.use_pass_uv or any(need.uv_map is not None for need in needs)
+        return wants_uvs, min(names, default=None)
 
 
 def _read_mesh(obj, wants_uvs, wants_colors, warn):

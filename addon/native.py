@@ -17,7 +17,8 @@ from .scene_desc import SceneDesc, validate
 ABI_VERSION = 4
 LIBRARY_PATH = Path(__file__).parent / "lib" / "libsppm.so"
 
-PASS_NAMES = ("Combined", "Depth", "Normal", "Direct", "Indirect", "Caustics", "Radius", "Photons")
+PASS_NAMES = ("Combined", "Depth", "Normal", "Direct", "Indirect", "Caustics", "Radius", "Photons", "Position", "UV", "Object Index",
+              "Material Index", "Mist", "Emission", "Environment", "Diffuse Color", "Denoising Albedo", "Denoising Normal")
 PIXEL_FILTERS = ("BLACKMAN_HARRIS", "BOX")
 INDIRECT = ("PHOTONS", "PATHS", "AUTO")
 RADIUS_RULES = ("PROGRESSIVE", "DENSITY", "PASS_INDEXED")
@@ -71,7 +72,7 @@ class _Closure(_Sized):
 
 
 class _Material(_Sized):
-    _fields_ = [("closure_count", c_uint64), ("closures", POINTER(_Closure)), ("name", c_char_p)]
+    _fields_ = [("closure_count", c_uint64), ("closures", POINTER(_Closure)), ("index", c_uint32), ("name", c_char_p)]
 
 
 class _Mesh(_Sized):
@@ -83,7 +84,8 @@ class _Mesh(_Sized):
 
 class _Instance(_Sized):
     _fields_ = [("mesh", c_uint32), ("material_count", c_uint32), ("materials", POINTER(c_uint32)), ("transform", c_float * 12),
-                ("name", c_char_p), ("movable", c_uint32), ("motion_count", c_uint32), ("motion", POINTER(c_float))]
+                ("flags", c_uint32), ("index", c_uint32), ("name", c_char_p), ("movable", c_uint32), ("motion_count", c_uint32),
+                ("motion", POINTER(c_float))]
 
 
 class _Light(_Sized):
@@ -114,7 +116,8 @@ class _Settings(_Sized):
                 ("max_depth", c_uint32), ("pixel_filter", c_uint32), ("filter_width", c_double), ("gamma", c_double),
                 ("seed", c_uint64), ("time_limit", c_double), ("write_interval", c_uint64), ("snapshot_path", c_char_p),
                 ("threads", c_uint32), ("transparent_film", c_uint32), ("passes", c_uint64), ("indirect", c_uint32),
-                ("radius_rule", c_uint32), ("aim_photons", c_uint32)]
+                ("radius_rule", c_uint32), ("aim_photons", c_uint32), ("alpha_threshold", c_float), ("mist_start", c_float),
+                ("mist_depth", c_float), ("mist_power", c_float), ("origin", c_double * 3)]
 
 
 class _Progress(_Sized):
@@ -361,7 +364,8 @@ def _closure_struct(closure):
 
 def _material_struct(material):
     closures = (_Closure * len(material.closures))(*map(_closure_struct, material.closures))
-    struct = _Material(closure_count=len(closures), closures=closures if closures else None, name=material.name.encode())
+    struct = _Material(closure_count=len(closures), closures=closures if closures else None, index=material.index,
+                       name=material.name.encode())
     return _keep(struct, closures)
 
 
@@ -378,8 +382,8 @@ def _mesh_struct(mesh):
 def _instance_struct(instance):
     materials, motion = _uints(instance.materials), _floats(instance.motion)
     struct = _Instance(mesh=instance.mesh, material_count=len(instance.materials), materials=materials,
-                       transform=_matrix(instance.transform), name=instance.name.encode(), movable=int(instance.movable),
-                       motion_count=_count(instance.motion), motion=motion)
+                       transform=_matrix(instance.transform), flags=instance.flags, index=instance.index,
+                       name=instance.name.encode(), movable=int(instance.movable), motion_count=_count(instance.motion), motion=motion)
     return _keep(struct, materials, motion)
 
 
@@ -434,6 +438,11 @@ class Settings:
     indirect: str = "AUTO"
     radius_rule: str = "DENSITY"
     aim_photons: bool = True
+    alpha_threshold: float = 0.0
+    mist_start: float = 0.0
+    mist_depth: float = 0.0
+    mist_power: float = 1.0
+    origin: tuple = (0.0, 0.0, 0.0)
 
     def _struct(self):
         values = {f.name: getattr(self, f.name) for f in fields(self)}

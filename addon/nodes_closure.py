@@ -3,13 +3,22 @@
 import math
 from dataclasses import replace
 
-from .compat_nodes import microfacets_are_separable, principled_input
-from .material_params import ZERO, at_least_zero, is_zero
+from .compat_nodes import default_is_principled, microfacets_are_separable, principled_input
+from .material_params import ZERO, at_least_zero, gray, is_zero
 from .scene_desc import ClosureDesc, ClosureFlags, ClosureType, Param
 
 
 def diffuse(color: Param) -> ClosureDesc:
     return ClosureDesc(ClosureType.DIFFUSE, color=color)
+
+
+def default_surface() -> tuple:
+    """The closures of what has no material."""
+    base = diffuse(gray(0.8))
+    if not default_is_principled():
+        return (base,)
+    flags = ClosureFlags.ATTENUATE | ClosureFlags.PRESERVE_ENERGY
+    return (ClosureDesc(ClosureType.COAT, flags, roughness=gray(0.5), ior=1.5), base)
 
 
 def microfacet_flags(node) -> ClosureFlags:

@@ -107,14 +107,22 @@ class SppmSettings(bpy.types.PropertyGroup):
         description="Iterations between snapshots, written as an OpenEXR file next to the output; 0 for none")
 
 
+def _pass_switch(name, description):
+    """A switch that the compositor's Render Layers node hears of at once."""
+    return BoolProperty(name=name, description=description, update=lambda _self, context: context.view_layer.update_render_passes())
+
+
 class SppmViewLayerSettings(bpy.types.PropertyGroup):
     """The engine's own passes of a view layer, `view_layer.sppm`."""
 
-    use_pass_direct: BoolProperty(name="Direct", description="Emission, environment and light that comes straight from lamps")
-    use_pass_indirect: BoolProperty(name="Indirect", description="Light that other surfaces scattered before, but for caustics")
-    use_pass_caustics: BoolProperty(name="Caustics", description="Photons that came from lights by mirrors and glass only")
-    use_pass_radius: BoolProperty(name="Radius", description="Search radius of each pixel, in metres")
-    use_pass_photons: BoolProperty(name="Photons", description="Photons that each pixel has gathered")
+    use_pass_direct: _pass_switch("Direct", "Emission, environment and light that comes straight from lamps")
+    use_pass_indirect: _pass_switch("Indirect", "Light that other surfaces scattered before, but for caustics")
+    use_pass_caustics: _pass_switch("Caustics", "Photons that came from lights by mirrors and glass only")
+    use_pass_radius: _pass_switch("Radius", "Search radius of each pixel, in metres")
+    use_pass_photons: _pass_switch("Photons", "Photons that each pixel has gathered")
+    denoising_store_passes: _pass_switch(
+        "Denoising Data", "Albedo and normal for the Denoise node, seen through mirrors and glass; where Cycles is enabled, its own "
+        "switch of this name counts instead")
 
 
 def register():

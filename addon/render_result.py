@@ -1,34 +1,75 @@
 """Film passes -> Blender's RenderResult."""
 
+from operator import attrgetter
+
 import numpy as np
 
 from . import compat
 
-# Name of a pass: channels, their letters, Blender's type, and the switch on the view layer (None: always there).
+_DENOISING = "denoising"  # the switch that compat.denoising_switch finds
+
+# The library's name of a pass: channels, their letters, Blender's type, and the switch on the view layer (None: always there).
 _PASSES = {
     "Combined": (4, "RGBA", "COLOR", None),
-    "Depth": (1, "Z", "VALUE", lambda layer: layer.use_pass_z),
-    "Normal": (3, "XYZ", "VECTOR", lambda layer: layer.use_pass_normal),
-    "Direct": (3, "RGB", "COLOR", lambda layer: layer.sppm.use_pass_direct),
-    "Indirect": (3, "RGB", "COLOR", lambda layer: layer.sppm.use_pass_indirect),
-    "Caustics": (3, "RGB", "COLOR", lambda layer: layer.sppm.use_pass_caustics),
-    "Radius": (1, "X", "VALUE", lambda layer: layer.sppm.use_pass_radius),
-    "Photons": (1, "X", "VALUE", lambda layer: layer.sppm.use_pass_photons),
+    "Depth": (1, "Z", "VALUE", "use_pass_z"),
+    "Normal": (3, "XYZ", "VECTOR", "use_pass_normal"),
+    "Direct": (3, "RGB", "COLOR", "sppm.use_pass_direct"),
+    "Indirect": (3, "RGB", "COLOR", "sppm.use_pass_indirect"),
+    "Caustics": (3, "RGB", "COLOR", "sppm.use_pass_caustics"),
+    "Radius": (1, "X", "VALUE", "sppm.use_pass_radius"),
+    "Photons": (1, "X", "VALUE", "sppm.use_pass_photons"),
+    "Position": (3, "XYZ", "VECTOR", "use_pass_position"),
+    "UV": (3, "UVA", "VECTOR", "use_pass_uv"),
+    "Object Index": (1, "X", "VALUE", "use_pass_object_index"),
+    "Material Index": (1, "X", "VALUE", "use_pass_material_index"),
+    "Mist": (1, "Z", "VALUE", "use_pass_mist"),
+    "Emission": (3, "RGB", "COLOR", "use_pass_emit"),
+    "Environment": (3, "RGB", "COLOR", "use_pass_environment"),
+    "Diffuse Color": (3, "RGB", "COLOR", "use_pass_diffuse_color"),
+    "Denoising Albedo": (3, "RGB", "COLOR", _DENOISING),
+    "Denoising Normal": (3, "XYZ", "VECTOR", _DENOISING),
 }
+
+# Switches that stand among those of passes and need no answer.
+_NO_PASSES = {"use_pass_combined", "use_pass_cryptomatte_accurate", "use_pass_grease_pencil"}
+
+_MIST_POWERS = {"QUADRATIC": 2.0, "LINEAR": 1.0, "INVERSE_QUADRATIC": 0.5}
 
 _SHARES = ("Caustics", "Indirect")
 
 
 def requested_passes(view_layer):
     """Names of the passes that a view layer asks for, in the order in which they are shown."""
-    return [name for name, (*_, is_wanted) in _PASSES.items() if is_wanted is None or is_wanted(view_layer)]
+    return [name for name, (*_, switch) in _PASSES.items() if switch is None or _is_on(view_layer, switch)]
+
+
+def _is_on(view_layer, switch):
+    return getattr(*compat.denoising_switch(view_layer)) if switch == _DENOISING else attrgetter(switch)(view_layer)
+
+
+def warnings(view_layer):
+    """A message that names the passes which Blender lets a view layer ask for and the engine does not have, if there are any."""
+    known = {switch for *_, switch in _PASSES.values()} | _NO_PASSES
+    switches = [item for item in view_layer.bl_rna.properties if item.identifier.startswith("use_pass_")]
+    missing = [item.name for item in switches if item.identifier not in known and getattr(view_layer, item.identifier)]
+    return [f"view layer '{view_layer.name}': there are no passes {', '.join(missing)}"] if missing else []
 
 
 def register_passes(engine, scene, view_layer):
     """Tells Blender which passes there will be (RenderEngine.update_render_passes)."""
     for name in requested_passes(view_layer):
         channels, letters, kind, _ = _PASSES[name]
-        engine.register_pass(scene, view_layer, name, channels, letters, kind)
+        engine.register_pass(scene, view_layer, compat.pass_name(name), channels, letters, kind)
+
+
+def data_settings(scene, view_layer):
+    """How data passes are made: the fields of native.Settings."""
+    settings = {"alpha_threshold": view_layer.pass_alpha_threshold}
+    world = compat.world_of(scene, view_layer)
+    if world:
+        mist = world.mist_settings
+        settings.update(mist_start=mist.start, mist_depth=mist.depth, mist_power=_MIST_POWERS[mist.falloff])
+    return settings
 
 
 def measured_passes(writes_snapshots):
@@ -50,12 +91,13 @@ class ResultWriter:
     def __init__(self, engine, size, view_layer_name):
         self._engine = engine
         self._result = engine.begin_result(0, 0, *size, layer=view_layer_name)
+        self._names = {compat.pass_name(name): name for name in _PASSES}
 
     def write(self, session):
         """Copies every pass that Blender made room for."""
         for render_pass in self._result.layers[0].passes:
-            if render_pass.name in _PASSES:
-                compat.set_pass_pixels(render_pass, session.read_pass(render_pass.name))
+            if render_pass.name in self._names:
+                compat.set_pass_pixels(render_pass, session.read_pass(self._names[render_pass.name]))
 
     def show(self, session):
         """Writes and shows a preview; 40 to 150 ms at 1920 x 1080."""

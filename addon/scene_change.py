@@ -29,7 +29,7 @@ def _identical(a, b):
 
 
 def _things(scene):
-    return [(item.name, item.mesh, item.materials) for item in scene.instances]
+    return [(item.name, item.mesh, item.materials, item.flags) for item in scene.instances]
 
 
 def moved_instances(a, b):

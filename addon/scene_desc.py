@@ -77,6 +77,12 @@ class LightFlags(IntFlag):
     HIDDEN_FROM_SPECULAR = 4
 
 
+class InstanceFlags(IntFlag):
+    NONE = 0
+    HOLDOUT = 1
+    HIDDEN_FROM_CAMERA = 2
+
+
 class Projection(IntEnum):
     PERSPECTIVE = 0
     ORTHOGRAPHIC = 1
@@ -130,6 +136,7 @@ class ClosureDesc:
 class MaterialDesc:
     name: str
     closures: tuple = ()
+    index: int = 0  # for the pass of that name
 
 
 @dataclass(frozen=True)
@@ -158,7 +165,7 @@ class MeshDesc:
 
 @dataclass(frozen=True)
 class InstanceDesc:
-    """`transform` (3, 4) float64 object to world; `materials` ids, at least the mesh's largest slot + 1.
+    """`transform` (3, 4) float64 object to world; `materials` ids, at least the mesh's largest slot + 1; `index` for its pass.
 
     What is `movable` can be placed elsewhere once the scene is built; its rays take a little longer. `motion` (keys, 3, 4) float64
     is where it stands while the shutter is open, evenly spaced in time, from its opening to its closing; None if it does not move.
@@ -168,6 +175,8 @@ class InstanceDesc:
     mesh: int
     materials: tuple
     transform: np.ndarray
+    flags: InstanceFlags = InstanceFlags.NONE
+    index: int = 0
     movable: bool = False
     motion: Optional[np.ndarray] = None
 
@@ -301,6 +310,10 @@ def _require_id(label, name, value, last):
     _require(0 <= value <= last, label, f"{name} = {value} must be between 0 and {last}")
 
 
+def _require_pass_index(label, index):
+    _require(0 <= index < 1 << 32, label, f"index = {index} must be between 0 and 2^32 - 1")
+
+
 def _require_indices(label, name, indices, count):
     _require(indices.size == 0 or int(indices.max()) < count, label, f"{name} has an index beyond the {count} there are")
 
@@ -332,6 +345,7 @@ def _validate_texture(label, texture, position, image_count):
 
 
 def _validate_material(label, material, texture_count):
+    _require_pass_index(label, material.index)
     _require(len(material.closures) <= 16, label, f"has {len(material.closures)} closures, at most 16 are possible")
     for closure in material.closures:
         for name in ("weight", "color", "color2", "roughness"):
@@ -374,6 +388,7 @@ def _validate_instance(label, instance, slot_counts, material_count):
         _require_id(label, "material", material, material_count)
     _require_transform(label, instance.transform)
     _require_motion(label, instance.motion)
+    _require_pass_index(label, instance.index)
 
 
 def _validate_light(label, light):

@@ -4,7 +4,7 @@ import bpy
 from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
 
-from . import statistics, ui_motion, ui_report, ui_shared
+from . import compat, statistics, ui_motion, ui_report, ui_shared
 from .properties import DERIVED, QUALITIES, SppmSettings
 from .ui_shared import ENGINE, EnginePanel
 
@@ -138,21 +138,53 @@ class SPPM_PT_simplify(EnginePanel, bpy.types.Panel):
 # ---------------------------------------------------------------- the View Layer tab
 
 
+class SPPM_PT_override(EnginePanel, bpy.types.Panel):
+    """What a view layer renders otherwise than the scene."""
+
+    bl_label = "Override"
+    bl_context = "view_layer"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw_properties(self, layout, context):
+        view_layer = context.view_layer
+        layout.prop(view_layer, "material_override")
+        if hasattr(view_layer, "world_override"):
+            layout.prop(view_layer, "world_override")
+        layout.prop(view_layer, "samples", text="Iterations")
+        column = layout.column(heading="Include")
+        column.prop(view_layer, "use_sky", text="Environment")
+        column.prop(view_layer, "use_solid", text="Surfaces")
+
+
 class SPPM_PT_passes(EnginePanel, bpy.types.Panel):
     bl_label = "Passes"
     bl_context = "view_layer"
 
     def draw_properties(self, layout, context):
         view_layer = context.view_layer
-        layout.prop(view_layer, "use_pass_z")
-        layout.prop(view_layer, "use_pass_normal")
-        for name in ("direct", "indirect", "caustics", "radius", "photons"):
-            layout.prop(view_layer.sppm, f"use_pass_{name}")
+        data = layout.column(heading="Data")
+        for name in ("z", "mist", "position", "normal", "uv"):
+            data.prop(view_layer, f"use_pass_{name}")
+        owner, name = compat.denoising_switch(view_layer)
+        data.prop(owner, name, text="Denoising Data")
+        indices = layout.column(heading="Indexes", align=True)
+        indices.prop(view_layer, "use_pass_object_index")
+        indices.prop(view_layer, "use_pass_material_index")
+        layout.prop(view_layer, "pass_alpha_threshold")
+        light = layout.column(heading="Light")
+        for name in ("direct", "indirect", "caustics"):
+            light.prop(view_layer.sppm, f"use_pass_{name}")
+        light.prop(view_layer, "use_pass_emit", text="Emission")
+        light.prop(view_layer, "use_pass_environment")
+        light.prop(view_layer, "use_pass_diffuse_color", text="Diffuse Color")
+        photons = layout.column(heading="Photons")
+        for name in ("radius", "photons"):
+            photons.prop(view_layer.sppm, f"use_pass_{name}")
 
 
 _CLASSES = (SPPM_PT_presets, SPPM_OT_preset_add, SPPM_PT_quality, ui_report.SPPM_PT_messages, SPPM_PT_sampling,
             SPPM_PT_light_paths, SPPM_PT_photons, SPPM_PT_film, SPPM_PT_performance, SPPM_PT_output, SPPM_PT_simplify,
-            ui_report.SPPM_PT_statistics, SPPM_PT_passes, *ui_motion.CLASSES, *ui_shared.CLASSES)
+            ui_report.SPPM_PT_statistics, SPPM_PT_passes, SPPM_PT_override, *ui_motion.CLASSES, *ui_shared.CLASSES)
 
 
 def register():

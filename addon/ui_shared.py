@@ -13,7 +13,7 @@ _EXCLUDED = {"VIEWLAYER_PT_filter", "VIEWLAYER_PT_layer_passes", "RENDER_PT_post
 
 # Panels made for EEVEE that show what every shader-node engine needs.
 _INCLUDED = {"DATA_PT_spot", "DATA_PT_camera_dof", "DATA_PT_camera_dof_aperture", "EEVEE_MATERIAL_PT_context_material",
-             "EEVEE_NEXT_MATERIAL_PT_context_material", "EEVEE_WORLD_PT_surface", "MATERIAL_PT_preview"}
+             "EEVEE_NEXT_MATERIAL_PT_context_material", "EEVEE_WORLD_PT_surface", "EEVEE_WORLD_PT_mist", "MATERIAL_PT_preview"}
 
 
 class EnginePanel:
@@ -130,7 +130,39 @@ class SPPM_WORLD_PT_ray_visibility(EnginePanel, bpy.types.Panel):
         layout.prop(context.world.cycles_visibility, "camera")
 
 
-CLASSES = (SPPM_LIGHT_PT_light, SPPM_LIGHT_PT_nodes, SPPM_MATERIAL_PT_surface, SPPM_WORLD_PT_ray_visibility)
+class SPPM_OBJECT_PT_ray_visibility(EnginePanel, bpy.types.Panel):
+    """How the camera sees an object; all other rays meet whatever is rendered."""
+
+    bl_label = "Ray Visibility"
+    bl_context = "object"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context):
+        return context.object and context.object.type in cls._SOLID and super().poll(context)
+
+    _SOLID = {"MESH", "CURVE", "SURFACE", "META", "FONT"}
+
+    def draw_properties(self, layout, context):
+        layout.prop(context.object, "visible_camera", text="Camera")
+        layout.prop(context.object, "is_holdout")
+
+
+class SPPM_MATERIAL_PT_index(EnginePanel, bpy.types.Panel):
+    bl_label = "Pass Index"
+    bl_context = "material"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context):
+        return context.material and super().poll(context)
+
+    def draw_properties(self, layout, context):
+        layout.prop(context.material, "pass_index")
+
+
+CLASSES = (SPPM_LIGHT_PT_light, SPPM_LIGHT_PT_nodes, SPPM_MATERIAL_PT_surface, SPPM_MATERIAL_PT_index,
+           SPPM_OBJECT_PT_ray_visibility, SPPM_WORLD_PT_ray_visibility)
 
 
 def share_panels():

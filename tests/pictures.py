@@ -37,10 +37,11 @@ def write_png(path, pixels):
     """An 8-bit PNG, exposed so that nearly all is in range; magenta where a pixel is not finite."""
     finite = np.isfinite(pixels).all(axis=-1)
     shown = np.where(finite[..., None], pixels, 0.0).astype(np.float64)
+    shown = np.broadcast_to(shown, (*shown.shape[:2], 3))
     white = max(np.quantile(shown, 0.98), 1e-30)
     encoded = np.clip(shown / (white if white > 1.0 or white < 0.05 else 1.0), 0.0, 1.0) ** (1 / 2.2)
     encoded[~finite] = (1.0, 0.0, 1.0)
-    rows = (np.broadcast_to(encoded, (*encoded.shape[:2], 3))[::-1] * 255.0 + 0.5).astype(np.uint8)
+    rows = (encoded[::-1] * 255.0 + 0.5).astype(np.uint8)
     height, width = rows.shape[:2]
     lines = b"".join(b"\0" + row.tobytes() for row in rows)
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -34,7 +34,7 @@ RTCRayHit make_query(const Ray& ray) {
   query.ray.org_x = ray.origin.x, query.ray.org_y = ray.origin.y, query.ray.org_z = ray.origin.z;
   query.ray.dir_x = ray.direction.x, query.ray.dir_y = ray.direction.y, query.ray.dir_z = ray.direction.z;
   query.ray.tnear = ray.near, query.ray.tfar = ray.far;
-  query.ray.mask = 0xffffffffu;
+  query.ray.mask = ray.kind;
   query.hit.geomID = query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   return query;
 }
@@ -131,7 +131,8 @@ struct Accel::Impl {
     const RTCError error = rtcGetDeviceError(device);
     if (error != RTC_ERROR_NONE) throw Error(status_of(error), "Embree failed with error " + std::to_string(error));
   }
-  void attach(RTCScene target, RTCGeometry geometry, uint32_t id) const {
+  void attach(RTCScene target, RTCGeometry geometry, uint32_t id, bool hidden_from_camera = false) const {
+    rtcSetGeometryMask(geometry, hidden_from_camera ? Ray::kOther : Ray::kCamera | Ray::kOther);
     rtcCommitGeometry(geometry);
     rtcAttachGeometryByID(target, geometry, id);
     rtcReleaseGeometry(geometry);
@@ -152,17 +153,17 @@ struct Accel::Impl {
     }
     return slot;
   }
-  void attach_instance(RTCScene of, const Affine& transform, uint32_t id) const {
+  void attach_instance(RTCScene of, const Affine& transform, uint32_t id, bool hidden_from_camera = false) const {
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
     rtcSetGeometryInstancedScene(geometry, of);
     rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, transform.m.data());
-    attach(scene, geometry, id);
+    attach(scene, geometry, id, hidden_from_camera);
   }
   void attach(const Placement& p, uint32_t id) {
     if (p.identity)
-      attach(still && !p.movable ? still : scene, triangles(*p.mesh), id);
+      attach(still && !p.movable ? still : scene, triangles(*p.mesh), id, p.hidden_from_camera);
     else
-      attach_instance(part(p.mesh), p.transform, id);
+      attach_instance(part(p.mesh), p.transform, id, p.hidden_from_camera);
   }
 };
 

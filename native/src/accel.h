@@ -22,6 +22,7 @@ struct Placement {
   Affine transform;
   bool identity;         // the mesh is already in world space
   bool movable = false;  // `place` may be called for it
+  bool hidden_from_camera = false;
 };
 
 // False where rays cannot be brought to the object's space: it is squeezed flat or nearly so, or very small or far away.

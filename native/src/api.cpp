@@ -2,6 +2,7 @@
 #include <new>
 #include <string>
 
+#include "pass_info.h"
 #include "scene.h"
 #include "session.h"
 #include "sppm/sppm.h"
@@ -232,7 +233,7 @@ SppmStatus sppm_pass_channels(uint32_t pass, uint32_t* channels) {
   return guard(__func__, [&] {
     require(pass < SPPM_PASS_COUNT, "pass must be an SppmPass");
     require_pointer(channels, "channels");
-    *channels = sppm::Film::channels(static_cast<SppmPass>(pass));
+    *channels = sppm::kPasses[pass].channel_count();
   });
 }
 

@@ -273,6 +273,17 @@ std::optional<BsdfSample> sample_about_normal(const Lobe& lobe, const ShadingPoi
 
 }  // namespace
 
+Vec3 albedo(const Lobe& lobe, const ShadingPoint& at, Vec3 given_world) {
+  const Vec3 given = at.frame.to_local(given_world);
+  const Vec3 weight = lobe.weight * under_cover(lobe, given);
+  if (lobe.diffuse() || lobe.type == LobeType::kRefraction) return weight * lobe.color;
+  const float c = std::abs(given.z);
+  const float eta = lobe.type == LobeType::kDielectric && given.z < 0 ? 1 / lobe.ior : lobe.ior;
+  Vec3 scattered = reflectance(lobe, c, eta);
+  if (lobe.type == LobeType::kDielectric) scattered += lobe.color2 * (1 - fresnel_dielectric(c, eta));
+  return weight * scattered;
+}
+
 float estimated_albedo(const Lobe& lobe, const ShadingPoint& at, Vec3 given_world) {
   const float c = std::abs(dot(given_world, at.frame.n));
   const float weight = luminance(lobe.weight);

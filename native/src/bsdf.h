@@ -67,6 +67,8 @@ float pdf_solid_angle(const Lobe& lobe, const ShadingPoint& at, Vec3 given, Vec3
 // A direction drawn from the lobe, given the other one. Where the bent shading normal of a smooth lobe would send light through the
 // wrong side of the surface, the geometric normal serves instead: glass must not go black at its rims.
 std::optional<BsdfSample> sample(const Lobe& lobe, const ShadingPoint& at, Vec3 given, const std::array<float, 3>& u, Transport transport);
+// What share of the light from `given` the lobe scatters, with the reflectance of a smooth surface; for passes.
+Vec3 albedo(const Lobe& lobe, const ShadingPoint& at, Vec3 given);
 // About what share of the light from `given` the lobe scatters: the weight by which lobes are chosen.
 float estimated_albedo(const Lobe& lobe, const ShadingPoint& at, Vec3 given);
 

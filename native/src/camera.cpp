@@ -53,7 +53,7 @@ Ray Camera::ray(float px, float py, Vec2 lens) const {
     direction = direction / focus_;
   }
   const float stretch = length(direction);  // distance per unit of depth
-  return {.origin = origin, .direction = direction / stretch, .near = near_ * stretch, .far = far_ * stretch};
+  return {.origin = origin, .direction = direction / stretch, .near = near_ * stretch, .far = far_ * stretch, .kind = Ray::kCamera};
 }
 
 }  // namespace sppm

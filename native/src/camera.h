@@ -17,6 +17,10 @@ class Camera {
   // Width of a pixel's footprint at `distance` along a camera path [m].
   float footprint(float distance) const { return orthographic_ ? pixel_size_ : pixel_size_ * distance; }
   float depth(Vec3 p) const { return -dot(p - position_, backward_); }
+  // From the camera's place, or from its plane if orthographic.
+  float distance(Vec3 p) const { return orthographic_ ? std::abs(depth(p)) : length(p - position_); }
+  // A vector in the frame of the camera that looks along +z.
+  Vec3 in_view(Vec3 v) const { return {dot(v, right_), dot(v, up_), -dot(v, backward_)}; }
 
   uint64_t region_x = 0, region_y = 0, region_width = 0, region_height = 0;
 

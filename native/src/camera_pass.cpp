@@ -10,15 +10,14 @@ constexpr uint64_t kCameraStream = 0x63616d657261;  // tells a pixel's samples f
 
 class CameraPath {
  public:
-  CameraPath(const Scene& scene, const PathSettings& settings, Sampler sampler, std::vector<Lobe>& lobes, RayCounts& counts)
-      : scene_(scene), settings_(settings), sampler_(sampler), lobes_(lobes), counts_(counts) {}
+  CameraPath(const Scene& scene, const PathSettings& settings, Sampler sampler, std::vector<Lobe>& lobes, RayCounts& counts, float* record)
+      : scene_(scene), settings_(settings), sampler_(sampler), lobes_(lobes), counts_(counts), data_(settings.data, scene, record) {}
 
   CameraSample follow(float pixel_x, float pixel_y) {
     ray_ = first_ray(pixel_x, pixel_y);
     for (uint32_t depth = 0;;) {
       const auto surface = trace();
       if (!surface) return sample_;
-      if (first_hit_) note_first_hit(*surface);
       switch (scatter(*surface, depth + 1 == settings_.max_depth)) {
         case Next::kEnd: return sample_;
         case Next::kThrough:
@@ -43,36 +42,54 @@ class CameraPath {
   // The next surface, after adding what the ray meets on its way: lamps, and environment or the surface's own light at its end.
   std::optional<SurfacePoint> trace() {
     ++counts_.camera;
+    ray_.kind = camera_ray_ ? Ray::kCamera : Ray::kOther;
     const auto surface = scene_.intersect(ray_);
     const float distance = surface ? dot(surface->p - ray_.origin, ray_.direction) : kInfinity;
     const float near = since_scatter_;
     since_scatter_ += distance;
-    const auto add = [&](const EmittedLight& light) {
-      *sum_ += beta_ * light.radiance * (share_ * (mis_pdf_ > 0 ? mis_weight(mis_pdf_, light.pdf_solid_angle) : 1.0f));
-    };
+    const auto add = [&](const EmittedLight& light) { *sum_ += met(light, SPPM_PASS_EMISSION); };
     if (!camera_ray_ && share_ > 0) scene_.lights.visit_lamps(scattered_at_, ray_.direction, near, since_scatter_, add);
     if (surface) {
       if (!waiting_) sample_.point.path_length += distance;
-      add(scene_.emitted(*surface, -ray_.direction, scattered_at_, since_scatter_));
+      if (!is_cut_out(*surface)) add(scene_.emitted(*surface, -ray_.direction, scattered_at_, since_scatter_));
     } else {
-      if (camera_ray_) sample_.alpha = settings_.transparent_film ? 1 - std::min(1.0f, luminance(beta_)) : 1.0f;
-      if (!camera_ray_ || !settings_.transparent_film) scene_.lights.visit_infinite(scattered_at_, ray_.direction, camera_ray_, add);
+      leave_scene();
     }
     return surface;
   }
 
-  void note_first_hit(const SurfacePoint& s) {
-    first_hit_ = false;
-    sample_.normal = face_toward(s.ns, -ray_.direction);
-    sample_.depth = scene_.camera.depth(s.p);
+  // What the path brings of a light that the ray meets; `pass` shows it if the camera sees it.
+  Vec3 met(const EmittedLight& light, SppmPass pass) {
+    const Vec3 value = beta_ * light.radiance * (share_ * (mis_pdf_ > 0 ? mis_weight(mis_pdf_, light.pdf_solid_angle) : 1.0f));
+    data_.meet_light(value, pass, camera_ray_);
+    return value;
   }
+
+  void leave_scene() {
+    const bool hidden = camera_ray_ && settings_.transparent_film;
+    if (hidden) uncover(beta_);
+    if (hidden && !data_.shows_environment()) return;
+    scene_.lights.visit_infinite(scattered_at_, ray_.direction, camera_ray_, [&](const EmittedLight& light) {
+      const Vec3 value = met(light, SPPM_PASS_ENVIRONMENT);
+      if (!hidden) *sum_ += value;
+    });
+  }
+
+  bool is_cut_out(const SurfacePoint& s) const { return camera_ray_ && scene_.is_holdout(s); }
+  // What lies behind the picture shows here, with this share.
+  void uncover(Vec3 share) { sample_.alpha = std::max(0.0f, sample_.alpha - luminance(share)); }
 
   Next scatter(const SurfacePoint& s, bool last) {
     const Vec3 wo = -ray_.direction;
     const Vec3 transparency = scene_.transparency(s);
+    if (is_cut_out(s)) {
+      uncover(beta_ * (Vec3{1, 1, 1} - transparency));
+      return pass_through(s, transparency);
+    }
     if (final_) return pass_through(s, transparency);
     const Bsdf bsdf = scene_.bsdf(s);
     const LobeChoice choice(bsdf, transparency, wo);
+    data_.meet_surface(s, bsdf, choice, transparency, wo, beta_, camera_ray_);
     const Sample4 u = sampler_.next();
     add_direct_light(s, bsdf, choice, wo, u);
 
@@ -91,6 +108,7 @@ class CameraPath {
       share_ = 1 - lobe.photon_share();
     } else if (lobe.diffuse() || (last && !lobe.smooth())) {
       make_visible_point(s, bsdf, lobe, wo, probability);
+      data_.stop_features(bsdf, wo);
       waiting_ = true;
       final_ = !settings_.trace_indirect;
     }
@@ -176,6 +194,7 @@ class CameraPath {
   Sampler sampler_;
   std::vector<Lobe>& lobes_;
   RayCounts& counts_;
+  DataRecorder data_;
 
   CameraSample sample_;
   Ray ray_;
@@ -186,7 +205,7 @@ class CameraPath {
   float since_scatter_ = 0;  // distance from there to where it has come
   Vec3* sum_ = &sample_.direct;  // where light goes that the ray meets
   float share_ = 1;          // of that light; the rest is carried by photons
-  bool camera_ray_ = true, first_hit_ = true;
+  bool camera_ray_ = true;   // not scattered yet
   bool waiting_ = false;     // the path has made its visible point
   bool final_ = false;       // the ray only looks for lights
   int passes_ = 0;
@@ -195,7 +214,7 @@ class CameraPath {
 }  // namespace
 
 uint64_t CameraSamples::memory() const {
-  uint64_t bytes = pixels.capacity() * sizeof(CameraSample);
+  uint64_t bytes = pixels.capacity() * sizeof(CameraSample) + data.capacity() * sizeof(float);
   for (const auto& tile : lobes) bytes += tile.capacity() * sizeof(Lobe);
   return bytes;
 }
@@ -206,21 +225,32 @@ bool run_camera_pass(const Scene& scene, const PathSettings& settings, uint64_t 
   const uint64_t tiles = tile_count(camera.region_width, camera.region_height);
   samples.pixels.resize(camera.region_width * camera.region_height);
   samples.lobes.resize(tiles);
+  const DataPasses& data = settings.data;
+  // What is found once is found in the first iteration.
+  const bool first = iteration == 0 && data.middle() > 0, has_records = data.any_averaged() || first;
+  samples.data.resize(has_records ? samples.pixels.size() * data.size() : 0);
   std::vector<RayCounts> tile_counts(tiles);
   threads.for_each(tiles, [&](uint64_t tile) {
     samples.lobes[tile].clear();
     if (cancel.load(std::memory_order_relaxed)) return;
     visit_tile(tile, camera.region_width, camera.region_height, [&](uint64_t x, uint64_t y) {
       // Named by its place in the full image, so that a cropped render shows the same pixels.
-      const uint64_t px = x + camera.region_x, py = y + camera.region_y;
+      const uint64_t px = x + camera.region_x, py = y + camera.region_y, pixel = y * camera.region_width + x;
+      const auto film_x = static_cast<float>(px), film_y = static_cast<float>(py);
+      float* record = nullptr;
+      if (has_records) {
+        record = samples.data.data() + pixel * data.size();
+        data.clear(record);
+        if (first) record_middle(scene, data, film_x, film_y, record);
+      }
       const Sampler sampler(hash64(settings.seed ^ kCameraStream, px << 32 | py), iteration);
-      CameraPath path(scene, settings, sampler, samples.lobes[tile], tile_counts[tile]);
-      CameraSample sample = path.follow(static_cast<float>(px), static_cast<float>(py));
+      CameraPath path(scene, settings, sampler, samples.lobes[tile], tile_counts[tile], data.any_averaged() ? record : nullptr);
+      CameraSample sample = path.follow(film_x, film_y);
       if (!is_finite(sample.direct + sample.indirect) || !is_finite(sample.point.weight) || !is_finite(sample.point.p)) {
         sample = CameraSample{};
         ++tile_counts[tile].dropped;
       }
-      samples.pixels[y * camera.region_width + x] = sample;
+      samples.pixels[pixel] = sample;
     });
   });
   for (const RayCounts& c : tile_counts) counts += c;

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "data_passes.h"
 #include "large_vector.h"
 #include "parallel.h"
 #include "scene.h"
@@ -20,6 +21,7 @@ struct PathSettings {
   bool box_filter = false;
   bool transparent_film = false;
   bool trace_indirect = false;  // camera paths go on behind their visible point
+  DataPasses data;
 };
 
 inline constexpr uint64_t kTileSize = 16;
@@ -28,6 +30,7 @@ inline constexpr uint64_t kTileSize = 16;
 struct CameraSamples {
   LargeVector<CameraSample> pixels;     // of the region, row by row from the bottom
   std::vector<std::vector<Lobe>> lobes; // per tile: what visible points that are not Lambert refer to
+  std::vector<float> data;              // a record of DataPasses for each pixel
 
   uint64_t memory() const;
 };

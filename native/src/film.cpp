@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "gatherer.h"
+#include "pass_info.h"
 
 namespace sppm {
 namespace {
@@ -41,10 +42,7 @@ void spread_least(std::vector<float>& values, uint64_t width, uint64_t height, f
 
 }  // namespace
 
-Film::Film(uint64_t pixels, uint64_t passes) : pixels_(pixels) {
-  if (passes >> SPPM_PASS_DEPTH & 1) depth_.assign(pixels, 0);
-  if (passes >> SPPM_PASS_NORMAL & 1) normal_sum_.resize(pixels);
-}
+Film::Film(uint64_t pixels, const DataPasses& data) : pixels_(pixels), passes_(data), data_(pixels * data.size()) {}
 
 void Film::start_radii(const Camera& camera, const CameraSamples& samples, double initial_radius, const Threads& threads) {
   threads.for_blocks(pixels_.size(), kGrain, [&](uint64_t begin, uint64_t end) {
@@ -72,7 +70,8 @@ void Film::announce(const CameraSamples& samples, PhotonMaps& maps, const Thread
 
 uint64_t Film::update(const CameraSamples& samples, const PhotonMaps& maps, const PhotonRules& rules, uint64_t width,
                       const Threads& threads) {
-  const bool first = iterations_++ == 0;
+  add_data(samples, threads);
+  ++iterations_;
   const uint64_t height = pixels_.size() / width, tiles = tile_count(width, height);
   std::vector<uint64_t> dropped(tiles, 0);
   threads.for_each(tiles, [&](uint64_t tile) {
@@ -85,8 +84,6 @@ uint64_t Film::update(const CameraSamples& samples, const PhotonMaps& maps, cons
       pixel.direct[2] += static_cast<double>(sample.direct.z);
       pixel.photons[kIndirect].add(sample.indirect);
       pixel.alpha += static_cast<double>(sample.alpha);
-      if (first && !depth_.empty()) depth_[i] = sample.depth;
-      if (!normal_sum_.empty()) normal_sum_[i] += sample.normal;
       const VisiblePoint& vp = sample.point;
       if (!vp.valid()) return;
       const Lobe* lobe = vp.lobe == VisiblePoint::kLambert ? nullptr : &samples.lobes[tile][vp.lobe];
@@ -124,9 +121,23 @@ void Film::limit_radii(uint64_t width, const Threads& threads) {
   });
 }
 
+// Takes the records of an iteration over into means, which lose no digits however many there are.
+void Film::add_data(const CameraSamples& samples, const Threads& threads) {
+  const uint64_t size = passes_.size(), begin = iterations_ == 0 ? 0 : passes_.middle();
+  if (begin == size) return;
+  const float share = 1 / static_cast<float>(iterations_ + 1);
+  threads.for_blocks(pixels_.size(), kGrain, [&](uint64_t first, uint64_t last) {
+    for (uint64_t i = first; i < last; ++i)
+      for (uint64_t k = i * size + begin; k < (i + 1) * size; ++k) {
+        const float value = std::isfinite(samples.data[k]) ? samples.data[k] : 0.0f;
+        data_[k] += (value - data_[k]) * share;
+      }
+  });
+}
+
 void Film::clear() {
   std::fill(pixels_.begin(), pixels_.end(), Pixel{});
-  std::fill(normal_sum_.begin(), normal_sum_.end(), Vec3{});
+  std::fill(data_.begin(), data_.end(), 0.0f);
   iterations_ = 0;
 }
 
@@ -139,17 +150,14 @@ double Film::share_with(PhotonKind kind, double least) const {
   return seen > 0 ? static_cast<double>(enough) / static_cast<double>(seen) : 0;
 }
 
-uint32_t Film::channels(SppmPass pass) {
-  switch (pass) {
-    case SPPM_PASS_COMBINED: return 4;
-    case SPPM_PASS_DEPTH:
-    case SPPM_PASS_RADIUS:
-    case SPPM_PASS_PHOTONS: return 1;
-    default: return 3;
-  }
+void Film::read_data(SppmPass pass, float* out) const {
+  for (uint64_t i = 0; i < pixels_.size(); ++i)
+    for (uint32_t channel = 0; channel < kPasses[pass].channel_count(); ++channel)
+      *out++ = iterations_ > 0 ? passes_.shown(pass, data_.data() + i * passes_.size(), channel) : 0;
 }
 
 void Film::read(SppmPass pass, float* out) const {
+  if (kPasses[pass].source != PassSource::kLight) return read_data(pass, out);
   const double scale = iterations_ > 0 ? 1 / static_cast<double>(iterations_) : 0;
   const auto put = [&](Vec3 c) { *out++ = c.x, *out++ = c.y, *out++ = c.z; };
   for (uint64_t i = 0; i < pixels_.size(); ++i) {
@@ -164,8 +172,6 @@ void Film::read(SppmPass pass, float* out) const {
         put(direct() + caustic.radiance(iterations_) + indirect.radiance(iterations_));
         *out++ = static_cast<float>(p.alpha * scale);
         break;
-      case SPPM_PASS_DEPTH: *out++ = depth_.empty() ? 0 : depth_[i]; break;
-      case SPPM_PASS_NORMAL: put(normal_sum_.empty() ? Vec3{} : normal_sum_[i] * static_cast<float>(scale)); break;
       case SPPM_PASS_DIRECT: put(direct()); break;
       case SPPM_PASS_INDIRECT: put(indirect.radiance(iterations_)); break;
       case SPPM_PASS_CAUSTICS: put(caustic.radiance(iterations_)); break;
@@ -175,6 +181,6 @@ void Film::read(SppmPass pass, float* out) const {
   }
 }
 
-uint64_t Film::memory() const { return pixels_.size() * sizeof(Pixel) + depth_.size() * 4 + normal_sum_.size() * 12; }
+uint64_t Film::memory() const { return pixels_.size() * sizeof(Pixel) + data_.size() * sizeof(float); }
 
 }  // namespace sppm

@@ -27,7 +27,7 @@ struct PhotonRules {
 
 class Film {
  public:
-  Film(uint64_t pixels, uint64_t passes);
+  Film(uint64_t pixels, const DataPasses& data);
 
   // Gives a pixel that has its first visible point its first radius: `initial_radius`, or by the pixel's footprint if 0.
   void start_radii(const Camera& camera, const CameraSamples& samples, double initial_radius, const Threads& threads);
@@ -41,17 +41,18 @@ class Film {
   // Share of the pixels with a visible point that found at least `least` photons of a kind.
   double share_with(PhotonKind kind, double least) const;
 
-  static uint32_t channels(SppmPass pass);
-  // Of all iterations done; `out` has pixels * channels floats.
+  // Of all iterations done; `out` has a float for each pixel and channel.
   void read(SppmPass pass, float* out) const;
   uint64_t memory() const;
 
  private:
   void limit_radii(uint64_t width, const Threads& threads);
+  void add_data(const CameraSamples& samples, const Threads& threads);
+  void read_data(SppmPass pass, float* out) const;
 
   LargeVector<Pixel> pixels_;
-  std::vector<float> depth_;         // of the first iteration
-  std::vector<Vec3> normal_sum_;
+  DataPasses passes_;
+  std::vector<float> data_;  // a record for each pixel: means, where it is averaged
   uint64_t iterations_ = 0;
 };
 

@@ -85,6 +85,7 @@ uint32_t Materials::add(const SppmMaterialDesc& desc) {
   require(desc.closure_count <= kMaxClosures, name + ": closure_count must be at most 16");
   require(desc.closure_count == 0 || desc.closures, name + ": closures is null");
   Material material;
+  material.index = desc.index;
   for (uint64_t i = 0; i < desc.closure_count; ++i) {
     const SppmClosureDesc& c = desc.closures[i];
     const std::string where = name + " closure " + std::to_string(i);

@@ -62,6 +62,7 @@ class Materials {
   // About what share of a lamp's light photons carry on from here, at most; 0 if it throws no caustics.
   float caster_strength(uint32_t material) const { return materials_[material - 1].caster_strength; }
   bool textured(uint32_t material) const { return materials_[material - 1].textured; }
+  uint32_t index(uint32_t material) const { return materials_[material - 1].index; }
 
  private:
   struct Closure {
@@ -78,6 +79,7 @@ class Materials {
     std::vector<Lobe> lobes;  // the same at every point, unless textured
     bool emits = false, transparent = false, textured = false;
     float caster_strength = 0;
+    uint32_t index = 0;
   };
   Param param(const SppmParam& desc, const std::string& where, float largest) const;
   const AlbedoTable* table(LobeType type, float ior);

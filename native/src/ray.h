@@ -48,9 +48,12 @@ struct Touching {
 };
 
 struct Ray {
+  enum Kind : uint32_t { kCamera = 1, kOther = 2 };  // bits: some surfaces are not met by some
+
   Vec3 origin, direction;  // unit direction
   float near = 0, far = kInfinity;
   Touching touching = {};
+  Kind kind = kOther;
 };
 
 }  // namespace sppm

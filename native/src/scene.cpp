@@ -85,7 +85,7 @@ std::optional<SurfacePoint> Scene::intersect(const Ray& ray) const {
   s.instance = hit->instance, s.triangle = hit->triangle;
   if (hit->t <= ray.touching.reach) s.touching = ray.touching;
   s.material = instance.materials[mesh.slot(hit->triangle)];
-  if (has_textures_) s.attributes = attributes(mesh, hit->triangle, u, v);
+  if (has_attributes_) s.attributes = attributes(mesh, hit->triangle, u, v);
   return found;
 }
 

@@ -82,6 +82,9 @@ class Scene {
   }
   SppmSceneInfo info() const;
   bool has_transparent() const { return has_transparent_; }
+  bool is_holdout(const SurfacePoint& s) const { return instances_[s.instance].holdout; }
+  uint32_t object_index(const SurfacePoint& s) const { return instances_[s.instance].index; }
+  bool has_uv(const SurfacePoint& s) const { return !meshes_[instances_[s.instance].mesh]->uvs.empty(); }
 
   Textures textures;
   Materials materials;
@@ -100,6 +103,8 @@ class Scene {
     uint32_t shape;            // the mesh as it was given, and where it stands
     Affine placed;
     uint32_t squeezed = kNone;  // mesh: its copy in world space while it is too flat to be an instance
+    bool holdout = false, hidden_from_camera = false;
+    uint32_t index = 0;
     std::vector<uint32_t> materials;
     uint32_t light = kNone;                 // set of emissive triangles
     std::vector<uint32_t> light_triangles;  // triangle -> index in that set, kNone where it does not emit
@@ -118,7 +123,9 @@ class Scene {
   static std::optional<MovingLamp> moving_lamp(const SppmLightDesc& desc);  // throws Error; its id is not known yet
   void move(uint32_t index, const Affine& place);
   void settle(Instance& instance);
-  Placement placement(const Instance& i) const { return {meshes_[i.mesh].get(), i.transform, i.identity, i.movable}; }
+  Placement placement(const Instance& i) const {
+    return {meshes_[i.mesh].get(), i.transform, i.identity, i.movable, i.hidden_from_camera};
+  }
   void collect_emitters(Instance& instance);
   std::vector<Caster> casters_of(const Instance& instance) const;
   void commit_lights();
@@ -139,6 +146,7 @@ class Scene {
   bool lamps_changed_ = false;
   uint64_t triangle_count_ = 0;
   bool has_camera_ = false, committed_ = false, has_transparent_ = false, has_specular_ = false, has_textures_ = false;
+  bool has_attributes_ = false;  // some mesh has UVs or colours: an exporter gives only those that are asked for
 };
 
 }  // namespace sppm

@@ -46,6 +46,9 @@ uint32_t Scene::add_instance(const SppmInstanceDesc& desc) {
   for (const float m : desc.transform) require(std::isfinite(m), where + "transform must be finite");
   std::copy(desc.transform, desc.transform + 12, instance.placed.m.begin());
   instance.movable = desc.movable != 0 || desc.motion_count > 0;
+  require(desc.flags <= (SPPM_INSTANCE_HOLDOUT | SPPM_INSTANCE_HIDDEN_FROM_CAMERA), where + "flags must be SppmInstanceFlags");
+  instance.holdout = desc.flags & SPPM_INSTANCE_HOLDOUT, instance.hidden_from_camera = desc.flags & SPPM_INSTANCE_HIDDEN_FROM_CAMERA;
+  instance.index = desc.index;
   for (uint32_t i = 0; i < desc.material_count; ++i) {
     require(desc.materials[i] >= 1 && desc.materials[i] <= materials.count(),
             where + "material " + std::to_string(desc.materials[i]) + " is not of this scene");
@@ -69,6 +72,7 @@ void Scene::commit(const Threads& threads) {
   for (const auto& mesh : meshes_) mesh->make_facets(threads);
   for (const Instance& i : instances_) {
     placements.push_back(placement(i));
+    has_attributes_ |= !meshes_[i.mesh]->uvs.empty() || !meshes_[i.mesh]->colors.empty();
     triangle_count_ += meshes_[i.mesh]->indices.size();
     for (const uint32_t m : i.materials) {
       has_transparent_ |= materials.transparent(m);

@@ -2,6 +2,7 @@
 
 #include <chrono>
 
+#include "pass_info.h"
 #include "status.h"
 
 namespace sppm {
@@ -44,7 +45,6 @@ constexpr double kEnoughPhotons = 3, kEnoughPixels = 0.6;
 
 const char* kIndirectNames[] = {"PHOTONS", "PATHS", "AUTO"};
 const char* kRadiusRuleNames[] = {"PROGRESSIVE", "DENSITY", "PASS_INDEXED"};
-const char* kPassNames[SPPM_PASS_COUNT] = {"Combined", "Depth", "Normal", "Direct", "Indirect", "Caustics", "Radius", "Photons"};
 
 }  // namespace
 
@@ -55,10 +55,10 @@ Session::Session(std::shared_ptr<Scene> scene, const SppmSettings& settings)
       settings_(checked(settings)),
       snapshot_path_(settings.snapshot_path ? settings.snapshot_path : ""),
       path_{settings.seed, settings.max_depth, static_cast<float>(settings.filter_width), settings.pixel_filter == SPPM_BOX,
-            settings.transparent_film != 0},
+            settings.transparent_film != 0, false, DataPasses(settings)},
       indirect_(static_cast<SppmIndirect>(settings.indirect)),
       threads_(settings.threads),
-      film_(pixels(), settings.passes) {
+      film_(pixels(), path_.data) {
   settings_.snapshot_path = nullptr;  // the caller's memory
   progress_.struct_size = sizeof progress_;
   progress_.indirect = settings_.indirect;
@@ -221,10 +221,10 @@ SppmProgress Session::progress() const {
 }
 
 void Session::read_pass(SppmPass pass, float* out, uint64_t count) const {
-  const uint64_t needed = pixels() * Film::channels(pass);
+  const uint64_t needed = pixels() * kPasses[pass].channel_count();
   require(count == needed, "count is " + std::to_string(count) + ", must be " + std::to_string(needed));
   require(pass == SPPM_PASS_COMBINED || settings_.passes >> pass & 1,
-          std::string("pass ") + kPassNames[pass] + " was not requested in the settings");
+          std::string("pass ") + kPasses[pass].name + " was not requested in the settings");
   film_.read(pass, out);
 }
 
@@ -235,14 +235,12 @@ void Session::write_exr(const std::string& path) const {
   for (int i = 0; i < SPPM_PASS_COUNT; ++i) {
     const auto pass = static_cast<SppmPass>(i);
     if (pass != SPPM_PASS_COMBINED && !(settings_.passes >> i & 1)) continue;
-    const uint32_t n = Film::channels(pass);
+    const PassInfo& info = kPasses[pass];
+    const uint32_t n = info.channel_count();
     buffers.emplace_back(pixels() * n);
     film_.read(pass, buffers.back().data());
-    const std::string letters = n == 1 ? (pass == SPPM_PASS_DEPTH ? "Z" : "V") : pass == SPPM_PASS_NORMAL ? "XYZ" : "RGBA";
-    for (uint32_t c = 0; c < n; ++c) {
-      const std::string prefix = pass == SPPM_PASS_COMBINED ? "" : std::string(kPassNames[i]) + ".";
-      channels.push_back({prefix + letters[c], buffers.back().data() + c, n});
-    }
+    const std::string prefix = pass == SPPM_PASS_COMBINED ? "" : std::string(info.name) + ".";
+    for (uint32_t c = 0; c < n; ++c) channels.push_back({prefix + info.channels[c], buffers.back().data() + c, n});
   }
   const SppmProgress p = progress();
   sppm::write_exr(path, static_cast<int64_t>(width_), static_cast<int64_t>(height_), channels,

@@ -29,8 +29,6 @@ struct CameraSample {
   Vec3 direct;        // emission, environment and direct light up to the visible point
   Vec3 indirect;      // light that paths bring to the visible point from other surfaces
   float alpha = 1;
-  Vec3 normal;        // shading normal of the first hit
-  float depth = 1e10f;
 };
 
 }  // namespace sppm

@@ -60,8 +60,8 @@ def height_of(part):
 
 
 def together(channels):
-    """Channels of the same layer and pass side by side, in the order RGBA or XYZ."""
+    """Channels of the same layer and pass side by side, in the order RGBA, XYZ or UVA."""
     passes = {}
-    for name in sorted(channels, key=lambda name: "RGBAXYZ".index(name[-1])):
+    for name in sorted(channels, key=lambda name: "RGBXYZUVA".index(name[-1])):
         passes.setdefault(name.rsplit(".", 1)[0], []).append(channels[name])
     return {name: np.stack(pixels, -1) for name, pixels in passes.items()}

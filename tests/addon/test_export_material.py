@@ -95,7 +95,7 @@ def close(a, b):
 
 def test_none_is_grey_and_exported_once(bench):
     assert bench.exporter.export(None) == bench.exporter.export(None) == 1
-    assert bench.scene.materials[0].closures[0].color.value == (0.8, 0.8, 0.8)
+    assert bench.scene.materials[0].closures[-1].color.value == (0.8, 0.8, 0.8)
     assert bench.exporter.needs[1] == Needs()
 
 

@@ -11,6 +11,7 @@ import make_scenes
 import numpy as np
 import pytest
 from sppm import engine, export_scene, scene_desc
+from sppm.scene_desc import InstanceFlags
 
 DOWN = ((0, 0, 1.5), (0, 0, 0))
 
@@ -444,14 +445,65 @@ def test_hidden_only_in_the_viewport_is_exported(export):
     assert names(export()[0]) == ["Cube"]
 
 
-def test_single_hidden_ray_is_told_once(export):
-    """However many instances there are."""
+def test_what_rays_cannot_be_told_is_said_once(export):
+    """However many objects and instances there are."""
     make_dupli_verts(show_instancer=False)
-    bpy.data.objects["Child"].name = "Cube"
-    bpy.data.objects["Cube"].visible_camera = False
+    bpy.data.objects["Child"].visible_shadow = False
+    for name in ("Second", "Third"):
+        cube(name).visible_diffuse = False
+    cube("Catcher").is_shadow_catcher = True
     desc, warnings = export()
-    assert names(desc) == ["Cube"] * 4
-    assert len(warnings) == 1 and "'Cube'" in warnings[0]
+    assert names(desc) == ["Catcher"] + ["Child"] * 4 + ["Second", "Third"]
+    assert sorted(warnings) == [
+        "object 'Catcher': a shadow catcher is rendered as an ordinary object",
+        f"object '{desc.instances[0].name}' (and 2 more): ray visibility counts for camera rays only, all other rays see it"]
+
+
+def hide_from_camera(thing, _layer_collection):
+    thing.visible_camera = False
+
+
+def make_indirect_only(_thing, layer_collection):
+    layer_collection.indirect_only = True
+
+
+def hold_out(thing, _layer_collection):
+    thing.is_holdout = True
+
+
+def hold_out_collection(_thing, layer_collection):
+    layer_collection.holdout = True
+
+
+def hold_out_and_make_indirect_only(_thing, layer_collection):
+    layer_collection.holdout = layer_collection.indirect_only = True
+
+
+CAMERA_SIGHTS = {hide_from_camera: InstanceFlags.HIDDEN_FROM_CAMERA, make_indirect_only: InstanceFlags.HIDDEN_FROM_CAMERA,
+                 hold_out: InstanceFlags.HOLDOUT, hold_out_collection: InstanceFlags.HOLDOUT,
+                 hold_out_and_make_indirect_only: InstanceFlags.HOLDOUT}
+
+
+@pytest.mark.parametrize(("change", "flags"), CAMERA_SIGHTS.items(), ids=lambda value: getattr(value, "__name__", ""))
+def test_how_the_camera_sees(export, change, flags):
+    collection = new_collection("Collection")
+    changed = cube("Changed", collection=collection)
+    cube("Ordinary")
+    change(changed, bpy.context.view_layer.layer_collection.children["Collection"])
+    desc, warnings = export()
+    assert {item.name: item.flags for item in desc.instances} == {"Changed": flags, "Ordinary": InstanceFlags.NONE}
+    assert warnings == []
+
+
+def test_what_an_instancer_says_counts_for_its_instances(export):
+    make_dupli_verts(show_instancer=True)
+    bpy.data.objects["Floor"].is_holdout = True
+    bpy.data.objects["Child"].visible_camera = False
+    bpy.data.objects["Child"].pass_index, bpy.data.objects["Floor"].pass_index = 3, 4
+    desc, _ = export()
+    both = InstanceFlags.HOLDOUT | InstanceFlags.HIDDEN_FROM_CAMERA
+    assert {(item.name, item.flags, item.index) for item in desc.instances} == {
+        ("Floor", InstanceFlags.HOLDOUT, 4), ("Child", both, 3)}
 
 
 # ---------------------------------------------------------------- views

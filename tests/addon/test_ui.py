@@ -17,7 +17,8 @@ ROOT = Path(__file__).resolve().parents[2]
 SHARED = ["RENDER_PT_color_management", "RENDER_PT_format", "RENDER_PT_frame_range", "RENDER_PT_output", "RENDER_PT_stamp",
           "WORLD_PT_context_world", "EEVEE_WORLD_PT_surface", "DATA_PT_context_light", "DATA_PT_spot", "DATA_PT_lens",
           "DATA_PT_camera", "DATA_PT_camera_dof", "DATA_PT_camera_dof_aperture", "EEVEE_MATERIAL_PT_context_material",
-          "MATERIAL_PT_preview", "MATERIAL_PT_custom_props", "DATA_PT_uv_texture", "OBJECT_PT_visibility", "VIEWLAYER_PT_layer"]
+          "MATERIAL_PT_preview", "MATERIAL_PT_custom_props", "DATA_PT_uv_texture", "OBJECT_PT_visibility", "VIEWLAYER_PT_layer",
+          "EEVEE_WORLD_PT_mist"]
 
 
 class Layout:
@@ -90,10 +91,10 @@ def rendered(empty_scene, tmp_path):
 
 
 def test_every_panel_draws(rendered):
-    """With a lamp, or a material, or neither."""
+    """With a lamp, or a material and its object, or neither."""
     lamp = bpy.data.objects["Point"]
     seen = {}
-    for more in ({}, {"light": lamp.data, "object": lamp}, {"material": bpy.data.materials["Glass"]}):
+    for more in ({}, {"light": lamp.data, "object": lamp}, {"material": bpy.data.materials["Glass"], "object": bpy.data.objects["Ball"]}):
         for panel in PANELS:
             drawn = draw(panel, **more)
             if drawn is not None:

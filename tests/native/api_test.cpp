@@ -217,6 +217,8 @@ TEST_CASE("fields out of range are named") {
   refused(sppm_scene_add_instance(f.scene, &in, &id), SPPM_INVALID_ARGUMENT, "sppm_scene_add_instance", "material_count");
   in = f.instance(), in.motion_count = 2;
   refused(sppm_scene_add_instance(f.scene, &in, &id), SPPM_INVALID_ARGUMENT, "sppm_scene_add_instance", "motion");
+  in = f.instance(), in.flags = 4;
+  refused(sppm_scene_add_instance(f.scene, &in, &id), SPPM_INVALID_ARGUMENT, "sppm_scene_add_instance", "flags");
   in = f.instance(), in.transform[3] = kNan;
   refused(sppm_scene_add_instance(f.scene, &in, &id), SPPM_INVALID_ARGUMENT, "sppm_scene_add_instance", "transform");
 
@@ -262,6 +264,8 @@ TEST_CASE("settings out of range are named") {
   REQUIRE(sppm_scene_commit(f.scene, 1) == SPPM_OK);
   const std::pair<std::function<void(SppmSettings&)>, const char*> mistakes[] = {
       {[](auto& s) { s.iterations = 0; }, "iterations"},       {[](auto& s) { s.gamma = 1; }, "gamma"},
+      {[](auto& s) { s.alpha_threshold = 2; }, "alpha_threshold"}, {[](auto& s) { s.mist_depth = -1; }, "mist_depth"},
+      {[](auto& s) { s.mist_power = -1; }, "mist_power"},      {[](auto& s) { s.origin[1] = std::nan(""); }, "origin"},
       {[](auto& s) { s.gamma = std::nan(""); }, "gamma"},      {[](auto& s) { s.max_depth = 0; }, "max_depth"},
       {[](auto& s) { s.max_depth = 5000; }, "max_depth"},      {[](auto& s) { s.filter_width = 0; }, "filter_width"},
       {[](auto& s) { s.pixel_filter = 2; }, "pixel_filter"},   {[](auto& s) { s.initial_radius = -1; }, "initial_radius"},
@@ -305,7 +309,7 @@ TEST_CASE("passes are read with the exact count, and only those asked for") {
 }
 
 TEST_CASE("the number of channels of each pass") {
-  const uint32_t expected[SPPM_PASS_COUNT] = {4, 1, 3, 3, 3, 3, 1, 1};
+  const uint32_t expected[SPPM_PASS_COUNT] = {4, 1, 3, 3, 3, 3, 1, 1, 3, 3, 1, 1, 1, 3, 3, 3, 3, 3};
   for (uint32_t pass = 0; pass < SPPM_PASS_COUNT; ++pass) {
     uint32_t channels = 0;
     CHECK(sppm_pass_channels(pass, &channels) == SPPM_OK);

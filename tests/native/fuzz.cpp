@@ -40,6 +40,11 @@ void watch_for_death() {
     for (const int number : {SIGSEGV, SIGBUS}) std::signal(number, die);
 }
 
+bool may_be_negative(uint32_t pass) {
+  return pass == SPPM_PASS_NORMAL || pass == SPPM_PASS_DEPTH || pass == SPPM_PASS_POSITION || pass == SPPM_PASS_UV ||
+         pass == SPPM_PASS_DENOISING_NORMAL;
+}
+
 // "" if every value of every pass is finite and no light negative.
 std::string check_passes(const SppmSession* session, uint64_t pixels) {
   for (uint32_t pass = 0; pass < SPPM_PASS_COUNT; ++pass) {
@@ -48,7 +53,7 @@ std::string check_passes(const SppmSession* session, uint64_t pixels) {
     std::vector<float> values(pixels * channels);
     if (sppm_session_read_pass(session, pass, values.data(), values.size()) != SPPM_OK) return sppm_last_message();
     for (size_t i = 0; i < values.size(); ++i)
-      if (!std::isfinite(values[i]) || (values[i] < 0 && pass != SPPM_PASS_NORMAL && pass != SPPM_PASS_DEPTH))
+      if (!std::isfinite(values[i]) || (values[i] < 0 && !may_be_negative(pass)))
         return "pass " + std::to_string(pass) + " is " + std::to_string(values[i]) + " at " + std::to_string(i);
   }
   return "";

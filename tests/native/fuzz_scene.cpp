@@ -168,6 +168,7 @@ void FuzzScene::add_instance() {
   std::vector<uint32_t> materials(kSlots);
   for (uint32_t& m : materials) m = 1 + chance_.below(materials_);
   d.mesh = 1 + chance_.below(meshes_), d.material_count = kSlots, d.materials = materials.data();
+  d.flags = chance_.one_in(3) ? chance_.below(4) : 0, d.index = chance_.below(40000);
   transform(d.transform, false);
   if (chance_.one_in(2)) std::fill(d.transform, d.transform + 12, 0.0f), d.transform[0] = d.transform[5] = d.transform[10] = 1;
   if (scramble()) chance_.scramble(d, &SppmInstanceDesc::material_count, &SppmInstanceDesc::materials, &SppmInstanceDesc::name,
@@ -243,6 +244,8 @@ SppmSettings FuzzScene::settings() {
   s.gamma = static_cast<double>(chance_.any_of({0.01f, 0.5f, 0.666f, 0.999f}));
   s.seed = chance_.bits(), s.threads = 1 + chance_.below(3), s.transparent_film = chance_.below(2);
   s.passes = (1u << SPPM_PASS_COUNT) - 1;
+  s.alpha_threshold = chance_.any_of({0.0f, 0.5f, 1.0f}), s.mist_start = chance_.around_zero(length()), s.mist_depth = length();
+  s.mist_power = chance_.any_of({1.0f, 2.0f, 0.5f, 0.0f});
   if (scramble())
     chance_.scramble(s, &SppmSettings::photons_per_iteration, &SppmSettings::threads, &SppmSettings::passes, &SppmSettings::write_interval,
                      &SppmSettings::snapshot_path);

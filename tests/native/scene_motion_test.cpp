@@ -4,6 +4,7 @@
 #include <array>
 #include <thread>
 
+#include "pass_info.h"
 #include "scene.h"
 #include "session.h"
 #include "status.h"
@@ -144,8 +145,8 @@ std::vector<std::vector<float>> render(const std::shared_ptr<Scene>& scene, uint
   Session session(scene, s);
   for (uint64_t i = 0; i < s.iterations; ++i) session.step();
   std::vector<std::vector<float>> passes;
-  for (int pass = 0; pass < SPPM_PASS_COUNT; ++pass) {
-    auto& out = passes.emplace_back(kSide * kSide * Film::channels(static_cast<SppmPass>(pass)));
+  for (uint32_t pass = 0; pass < SPPM_PASS_COUNT; ++pass) {
+    auto& out = passes.emplace_back(kSide * kSide * kPasses[pass].channel_count());
     session.read_pass(static_cast<SppmPass>(pass), out.data(), out.size());
   }
   return passes;

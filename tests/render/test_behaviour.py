@@ -49,7 +49,7 @@ def test_region_shows_the_pixels_of_the_whole():
     whole = render_all(room(), photons_per_iteration=5000)
     x, y, width, height = 5, 9, 13, 7
     part = render_all(room(region=(x, y, width, height)), photons_per_iteration=5000)
-    for name in ("Direct", "Depth", "Normal"):
+    for name in ("Direct", "Depth", "Normal", *native.PASS_NAMES[8:]):
         assert part[name].shape[:2] == (height, width)
         assert np.array_equal(part[name], whole[name][y:y + height, x:x + width]), name
 
@@ -199,10 +199,12 @@ def test_exr_has_every_pass_and_the_statistics(tmp_path):
             session.step()
         session.write_exr(path)
         channels, strings = read_exr(path)
-        layers = {"Combined": ["R", "G", "B", "A"], "Depth": ["Depth.Z"], "Normal": ["Normal.X", "Normal.Y", "Normal.Z"],
-                  "Radius": ["Radius.V"], "Photons": ["Photons.V"]}
-        layers |= {name: [f"{name}.{c}" for c in "RGB"] for name in ("Direct", "Indirect", "Caustics")}
-        assert sorted(channels) == sorted(sum(layers.values(), []))
+        letters = {"RGB": ("Direct", "Indirect", "Caustics", "Emission", "Environment", "Diffuse Color", "Denoising Albedo"),
+                   "XYZ": ("Normal", "Position", "Denoising Normal"), "UVA": ("UV",), "Z": ("Depth", "Mist"),
+                   "V": ("Radius", "Photons", "Object Index", "Material Index")}
+        layers = {name: [f"{name}.{c}" for c in parts] for parts, names in letters.items() for name in names}
+        layers["Combined"] = list("RGBA")
+        assert set(layers) == ALL and sorted(channels) == sorted(sum(layers.values(), []))
         for name, parts in layers.items():
             stored = np.stack([channels[part] for part in parts], axis=-1)[::-1]  # a file's first row is the top one
             assert np.array_equal(stored, session.read_pass(name)), name

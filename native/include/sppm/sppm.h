@@ -143,6 +143,7 @@ typedef struct SppmMaterialDesc {
   uint64_t struct_size;
   uint64_t closure_count; /* at most 16 */
   const SppmClosureDesc *closures;
+  uint32_t index; /* that MATERIAL_INDEX shows */
   const char *name;
 } SppmMaterialDesc;
 
@@ -160,12 +161,19 @@ typedef struct SppmMeshDesc {
   const char *name;
 } SppmMeshDesc;
 
+typedef enum SppmInstanceFlags {
+  SPPM_INSTANCE_HOLDOUT = 1,           /* what the camera sees of it, directly or through what is transparent, is cut out of the picture */
+  SPPM_INSTANCE_HIDDEN_FROM_CAMERA = 2 /* camera rays pass through it until they are scattered */
+} SppmInstanceFlags;
+
 typedef struct SppmInstanceDesc {
   uint64_t struct_size;
   uint32_t mesh;
   uint32_t material_count;   /* at least the mesh's largest slot + 1 */
   const uint32_t *materials; /* material ids */
   float transform[12];       /* may squeeze the mesh flat */
+  uint32_t flags;            /* SppmInstanceFlags */
+  uint32_t index;            /* that OBJECT_INDEX shows */
   const char *name;
   uint32_t movable;          /* sppm_scene_move_instance may be called for it; its rays take a little longer */
   uint32_t motion_count;     /* > 0: it moves while the shutter is open, */
@@ -268,17 +276,31 @@ SPPM_API void sppm_scene_destroy(SppmScene *scene);
 
 typedef enum SppmPixelFilter { SPPM_BLACKMAN_HARRIS = 0, SPPM_BOX = 1 } SppmPixelFilter;
 
+/* DEPTH, POSITION and the indices are those of the visible surface behind the middle of a pixel, not filtered; all others are averages
+ * over its camera paths. "Seen by the camera" includes through what is transparent. A pass that is not asked for takes neither memory nor
+ * time; DEPTH, NORMAL and those from POSITION on take 8 bytes a pixel and channel. */
 typedef enum SppmPass {
-  SPPM_PASS_COMBINED = 0, /* RGBA, alpha 1 unless the film is transparent; colour premultiplied */
+  SPPM_PASS_COMBINED = 0, /* RGBA, alpha 1 unless the film is transparent or a holdout cuts it out; colour premultiplied */
   SPPM_PASS_DEPTH = 1,    /* 1 channel: depth along the camera's -z (PERSPECTIVE: distance to the camera plane); 1e10 where nothing */
-  SPPM_PASS_NORMAL = 2,   /* 3: shading normal at the first hit, world */
+  SPPM_PASS_NORMAL = 2,   /* 3: shading normal of the visible surface, world, toward the camera */
   SPPM_PASS_DIRECT = 3,   /* 3: emission, environment and direct light */
   SPPM_PASS_INDIRECT = 4, /* 3: light that other surfaces scattered before, by photons or by paths, less what is in CAUSTICS */
   SPPM_PASS_CAUSTICS = 5, /* 3: photons that reached a diffuse surface by specular ones only; what is rough counts with the share that
                               photons carry of it, or, without `aim_photons`, all */
   SPPM_PASS_RADIUS = 6,   /* 1: search radius of the caustic photons [m] where the pixel has one, else of the others */
   SPPM_PASS_PHOTONS = 7,  /* 1: photons found of both kinds; under the PROGRESSIVE rule as that counts them */
-  SPPM_PASS_COUNT = 8
+  SPPM_PASS_POSITION = 8, /* 3: of the visible surface plus `origin` [m] */
+  SPPM_PASS_UV = 9,       /* 3: of the visible surface: u, v, 1; 0 where its mesh has none */
+  SPPM_PASS_OBJECT_INDEX = 10,  /* 1: the instance's */
+  SPPM_PASS_MATERIAL_INDEX = 11, /* 1 */
+  SPPM_PASS_MIST = 12,     /* 1: 0 within `mist_start` of the camera to 1 `mist_depth` behind it, and where nothing is */
+  SPPM_PASS_EMISSION = 13, /* 3: of surfaces that the camera sees */
+  SPPM_PASS_ENVIRONMENT = 14, /* 3: that the camera sees, on a transparent film too */
+  SPPM_PASS_DIFFUSE_COLOR = 15, /* 3: albedo of the diffuse lobes that the camera sees */
+  SPPM_PASS_DENOISING_ALBEDO = 16, /* 3: of the first surface that is not specular, times the tints of those before; light where a
+                                      path meets it first */
+  SPPM_PASS_DENOISING_NORMAL = 17, /* 3: of that surface, in a camera frame that looks along its +z */
+  SPPM_PASS_COUNT = 18
 } SppmPass;
 
 /* Who finds the light that is neither direct nor a caustic. */
@@ -314,6 +336,10 @@ typedef struct SppmSettings {
   uint32_t indirect;              /* SppmIndirect */
   uint32_t radius_rule;           /* SppmRadiusRule */
   uint32_t aim_photons;           /* photons that caustics are made of leave toward the surfaces that throw them only */
+  float alpha_threshold;          /* 0 to 1: the visible surface is the first that is at least so opaque */
+  float mist_start, mist_depth;   /* metres; no mist if the depth is 0 */
+  float mist_power;               /* MIST is this power of the share of `mist_depth` */
+  double origin[3];               /* metres, of the scene in the caller's world: added to POSITION */
 } SppmSettings;
 
 typedef struct SppmProgress {
