@@ -11,7 +11,7 @@ from sppm.scene_desc import LightType, SceneError
 
 RHO = 0.5
 DEEP = 1024  # vertices of a path: as good as endless
-LENGTHS = ("Depth", "Radius")  # passes in metres
+LENGTHS = ("Depth", "Radius", "Position")  # passes in metres
 
 
 def placed(shape, scale, move):
