@@ -25,15 +25,19 @@ class ExportCache:
     """
 
     def __init__(self):
-        self.meshes, self.materials, self.images = {}, {}, {}
+        self.forget()
         self._depsgraph, self._reshaped = 0, set()
+
+    def forget(self):
+        """Drops everything."""
+        self.meshes, self.materials, self.images = {}, {}, {}
 
     def forget_changes(self, depsgraph):
         """Drops what has changed since the last export. Without a word of Blender's about what that is, everything."""
         updates = list(depsgraph.updates)
         if not updates or self._depsgraph != depsgraph.as_pointer():
             self._depsgraph = depsgraph.as_pointer()
-            self.meshes, self.materials, self.images = {}, {}, {}
+            self.forget()
         self._reshaped = {address(update.id) for update in updates if update.is_updated_geometry}
         for update in updates:
             self._forget(update.id.original)

@@ -15,6 +15,7 @@ from dataclasses import replace
 
 import bpy
 
+from . import compat
 from .material_params import TextureAlgebra, gray, rgb
 from .nodes_closure import default_surface, diffuse
 from .nodes_walk import Needs, Walk
@@ -51,7 +52,7 @@ class MaterialExporter:
     def describe(self, material):
         if material is None:
             return MaterialDesc("default", default_surface()), Needs()
-        if (bpy.app.version < (5, 0, 0) and not material.use_nodes) or material.node_tree is None:
+        if not compat.uses_nodes(material):
             return MaterialDesc(material.name, (diffuse(rgb(material.diffuse_color)),)), Needs()
         walk = Walk(self, material)
         return MaterialDesc(material.name, tuple(walk.surface())), walk.needs

@@ -13,8 +13,7 @@ import numpy as np
 from . import compat
 from .export_camera import export_camera
 from .scene_desc import LightDesc
-
-_MOST_NAMES = 5  # in one message
+from .wording import named
 
 
 class Shutter:
@@ -27,7 +26,8 @@ class Shutter:
 
     def __init__(self, scene, frame_set):
         self._frame_set = frame_set
-        self._now = self._at = scene.frame_current_final
+        # Not frame_current_final, which is stretched as the scene's time is: frame_set takes frames as the timeline shows them.
+        self._now = self._at = scene.frame_current + scene.frame_subframe
         self._length = scene.render.motion_blur_shutter
         owner, name = compat.motion_blur_position(scene)
         self._middle = self._now + {"START": 0.5, "CENTER": 0.0, "END": -0.5}[getattr(owner, name)] * self._length
@@ -133,10 +133,8 @@ class MotionReader:
             self._deformed[obj.name] = True
 
     def _warn_of_deformation(self):
-        names = [f"'{name}'" for name in self._deformed]
-        if names:
-            more = f" and {len(names) - _MOST_NAMES} more" if len(names) > _MOST_NAMES else ""
-            self._warn(f"object {', '.join(names[:_MOST_NAMES])}{more}: deformation is not blurred, only movement as a whole")
+        if self._deformed:
+            self._warn(f"object {named(list(self._deformed))}: deformation is not blurred, only movement as a whole")
 
 
 def _identity(instance):

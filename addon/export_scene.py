@@ -53,7 +53,7 @@ def export_scene(depsgraph, camera=None, shutter=None):
 
 
 def _walked(depsgraph, camera, shutter):
-    walk = _Walk(ExportCache())
+    walk = _Walk(ExportCache(), has_passes=True)
     _warn_of_missing_libraries(walk.warn)
     scene = depsgraph.scene_eval
     camera = camera or scene.camera
@@ -77,7 +77,11 @@ def export_viewport(depsgraph, is_shown, cache):
     """
     cache.forget_changes(depsgraph)
     walk = _Walk(cache)
-    walk.run(depsgraph, is_shown)
+    try:
+        walk.run(depsgraph, is_shown)
+    except BaseException:
+        cache.forget()  # Blender does not tell again what has changed
+        raise
     if walk.desc.instances:
         _move_to_origin(walk.desc, instance_boxes(walk.desc))
     return walk.desc
@@ -94,10 +98,10 @@ def _warn_of_missing_libraries(warn):
 class _Walk:
     """What is known while the instances pass by."""
 
-    def __init__(self, cache):
+    def __init__(self, cache, has_passes=False):
         self.desc, self.warnings = SceneDesc(), []
         self.motion = None  # or the MotionReader that follows what is exported
-        self._cache = cache
+        self._cache, self._has_passes = cache, has_passes
         self._images = ImageExporter(self.desc, self.warn, cache.images)
         self._materials = CachedMaterials(self.desc, self.warn, self._images, cache.materials)
         self._meshes = {}  # address -> mesh id or 0
@@ -107,7 +111,8 @@ class _Walk:
         """Exports all but the camera; `is_shown` tells of an object whether it may be seen."""
         self._layer, self._layer_eval = depsgraph.view_layer, depsgraph.view_layer_eval
         if self._layer.use_sky:
-            self.desc.world = export_world(compat.world_of(depsgraph.scene_eval, self._layer_eval), self._images.export, self.warn)
+            world = compat.world_of(depsgraph.scene_eval, self._layer_eval)
+            self.desc.world = export_world(world, self._images.export, self.warn)
         for instance in depsgraph.object_instances:
             if is_shown(instance.object):
                 self._visit(instance)
@@ -117,6 +122,9 @@ class _Walk:
     def warn(self, message):
         if message not in self.warnings:
             self.warnings.append(message)
+
+    def _note(self, obj, what):
+        self._objects_with.setdefault(what, []).append(obj.name)
 
     def _warn_of_objects(self):
         """One message for each kind of what objects ask for and do not get."""
@@ -180,9 +188,9 @@ class _Walk:
         if not camera and not any(others):
             return None
         if not all(others):
-            self._objects_with.setdefault("ray visibility counts for camera rays only, all other rays see it", []).append(obj.name)
+            self._note(obj, "ray visibility counts for camera rays only, all other rays see it")
         if obj.is_shadow_catcher or parent.is_shadow_catcher:
-            self._objects_with.setdefault("a shadow catcher is rendered as an ordinary object", []).append(obj.name)
+            self._note(obj, "a shadow catcher is rendered as an ordinary object")
         flags = InstanceFlags.HOLDOUT if holdout else InstanceFlags.NONE
         return flags if camera else flags | InstanceFlags.HIDDEN_FROM_CAMERA
 
@@ -211,7 +219,7 @@ class _Walk:
         names = {need.colors for need in needs} - {None}
         if len(names) > 1:
             self.warn(f"object '{obj.name}': its materials read several colour attributes, only one can be used")
-        wants_uvs = self._layer.use_pass_uv or any(need.uv_map is not None for need in needs)
+        wants_uvs = (self._has_passes and self._layer.use_pass_uv) or any(need.uv_map is not None for need in needs)
         return wants_uvs, min(names, default=None)
 
 

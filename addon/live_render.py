@@ -75,6 +75,8 @@ class LiveRender:
         with self._lock:
             self._next, self._is_stopped = None, True
             self._cancel()
+            if self._thread is None:
+                self._scene.close()
 
     def wait(self):
         """Returns when nothing is being rendered any more."""

@@ -1,5 +1,6 @@
 """Viewports in Rendered shading: what each has exported, what is rendered for it, and drawing that."""
 
+import traceback
 import weakref
 from dataclasses import replace
 
@@ -30,7 +31,7 @@ class LiveView:
         self._engine = weakref.ref(engine)
         self._cache, self._render = ExportCache(), LiveRender()
         self._scene, self._settings, self._view, self._job = None, None, None, None
-        self._error, self._told = "", None
+        self._error, self._failed, self._told = "", "", None  # of the view, of the export, what the last redraw was for
         self._texture, self.drawn = None, None
         _views.add(self)
 
@@ -40,7 +41,13 @@ class LiveView:
     def update(self, context, depsgraph, settings):
         """Exports what has changed (RenderEngine.view_update), and begins the picture again if that shows."""
         space = context.space_data
-        scene = export_viewport(depsgraph, lambda obj: obj.visible_in_viewport_get(space), self._cache)
+        try:
+            scene = export_viewport(depsgraph, lambda obj: obj.visible_in_viewport_get(space), self._cache)
+        except Exception as error:  # whatever a mesh or a node tree may hold: raised further, it would keep this alive in Blender
+            traceback.print_exc()
+            self._failed = f"{type(error).__name__}: {error}"
+            return
+        self._failed = ""
         if self._scene is None or settings != self._settings or not is_unchanged(self._scene, scene):
             self._scene, self._settings, self._view = scene, settings, None
         self._look(context, depsgraph)
@@ -79,7 +86,7 @@ class LiveView:
 
     def _tell(self, picture):
         """The line in the viewport's corner."""
-        engine, error = self._engine(), self._error or self._render.error
+        engine, error = self._engine(), self._error or self._failed or self._render.error
         if error:
             engine.update_stats("SPPM", error)
         elif picture is not None:
@@ -91,7 +98,10 @@ class LiveView:
         engine, news = self._engine(), (self._render.picture, self._render.error)
         if engine is not None and news != self._told:
             self._told = news
-            engine.tag_redraw()
+            try:
+                engine.tag_redraw()
+            except ReferenceError:  # Blender has freed it
+                self._render.stop()
         return is_running
 
     def stop(self):

@@ -390,8 +390,8 @@ def _instance_struct(instance):
 def _light_struct(light):
     motion = _floats(light.motion)
     struct = _Light(type=light.type, flags=light.flags, transform=_matrix(light.transform), emission=tuple(light.emission),
-                  radius=light.radius, angle=light.angle, blend=light.blend, size_x=light.size_x, size_y=light.size_y,
-                  name=light.name.encode(), motion_count=_count(light.motion), motion=motion)
+                    radius=light.radius, angle=light.angle, blend=light.blend, size_x=light.size_x, size_y=light.size_y,
+                    name=light.name.encode(), motion_count=_count(light.motion), motion=motion)
     return _keep(struct, motion)
 
 

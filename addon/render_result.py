@@ -50,8 +50,10 @@ def _is_on(view_layer, switch):
 def warnings(view_layer):
     """A message that names the passes which Blender lets a view layer ask for and the engine does not have, if there are any."""
     known = {switch for *_, switch in _PASSES.values()} | _NO_PASSES
-    switches = [item for item in view_layer.bl_rna.properties if item.identifier.startswith("use_pass_")]
-    missing = [item.name for item in switches if item.identifier not in known and getattr(view_layer, item.identifier)]
+    owners = [owner for owner in (view_layer, getattr(view_layer, "cycles", None)) if owner]
+    missing = [item.name for owner in owners for item in owner.bl_rna.properties
+               if item.identifier.startswith("use_pass_") and item.identifier not in known and getattr(owner, item.identifier)]
+    missing += [f"AOV '{aov.name}'" for aov in view_layer.aovs]
     return [f"view layer '{view_layer.name}': there are no passes {', '.join(missing)}"] if missing else []
 
 

@@ -44,7 +44,7 @@ def changed_lights(a, b):
 
 def is_unchanged(a, b):
     """Whether two scenes show the same, however they are looked at."""
-    return same_things(a, b) and not moved_instances(a, b) and not changed_lights(a, b)
+    return a.origin == b.origin and same_things(a, b) and not moved_instances(a, b) and not changed_lights(a, b)
 
 
 class KeptScene:

@@ -131,8 +131,10 @@ class SPPM_PT_simplify(EnginePanel, bpy.types.Panel):
     def draw_properties(self, layout, context):
         render = context.scene.render
         layout.active = render.use_simplify
-        layout.prop(render, "simplify_subdivision_render", text="Subdivision")
-        layout.prop(render, "simplify_child_particles_render", text="Children")
+        for what, name in (("Subdivision", "simplify_subdivision"), ("Children", "simplify_child_particles")):
+            column = layout.column(align=True)
+            column.prop(render, f"{name}_render", text=what)
+            column.prop(render, name, text="Viewport")
 
 
 # ---------------------------------------------------------------- the View Layer tab

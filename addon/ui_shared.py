@@ -136,10 +136,11 @@ class SPPM_OBJECT_PT_ray_visibility(EnginePanel, bpy.types.Panel):
     bl_label = "Ray Visibility"
     bl_context = "object"
     bl_options = {"DEFAULT_CLOSED"}
+    shows = "object"
 
     @classmethod
     def poll(cls, context):
-        return context.object and context.object.type in cls._SOLID and super().poll(context)
+        return super().poll(context) and context.object.type in cls._SOLID
 
     _SOLID = {"MESH", "CURVE", "SURFACE", "META", "FONT"}
 
@@ -152,10 +153,7 @@ class SPPM_MATERIAL_PT_index(EnginePanel, bpy.types.Panel):
     bl_label = "Pass Index"
     bl_context = "material"
     bl_options = {"DEFAULT_CLOSED"}
-
-    @classmethod
-    def poll(cls, context):
-        return context.material and super().poll(context)
+    shows = "material"
 
     def draw_properties(self, layout, context):
         layout.prop(context.material, "pass_index")

@@ -201,6 +201,7 @@ def test_what_is_not_asked_for_is_not_there(patches, tmp_path):
 def test_passes_that_there_are_not_are_named(patches, tmp_path, capsys):
     """Once, in one line; what is there is not."""
     bpy.context.view_layer.use_pass_vector = bpy.context.view_layer.use_pass_glossy_direct = True
+    bpy.context.view_layer.aovs.add().name = "Wear"
     blender_scene.render(tmp_path / "sppm.exr")
     lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("SPPM:") and "passes" in line]
-    assert lines == ["SPPM: view layer 'ViewLayer': there are no passes Vector, Glossy Direct"]
+    assert lines == ["SPPM: view layer 'ViewLayer': there are no passes Vector, Glossy Direct, AOV 'Wear'"]

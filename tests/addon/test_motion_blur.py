@@ -77,13 +77,15 @@ def named(items, name):
 # ---------------------------------------------------------------- what is read
 
 
-def test_places_are_those_of_the_frames(scene):
+@pytest.mark.parametrize("stretched", [100, 200], ids="{} frames for 100".format)
+def test_places_are_those_of_the_frames(scene, stretched):
+    scene.render.frame_map_new = stretched
     block = bpy.data.objects["Block"]
     turn_and_move(block)
     for position, ends in POSITIONS.items():
         setattr(*compat.motion_blur_position(scene), position)
         desc, messages = export(scene)
-        assert scene.frame_current_final == FRAME
+        assert (scene.frame_current, scene.frame_subframe) == (FRAME, 0)
         expected = []
         for share in (ends[0], sum(ends) / 2, ends[1]):
             frame = FRAME + 4.0 * share

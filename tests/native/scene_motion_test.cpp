@@ -104,8 +104,7 @@ struct Ids {
 };
 
 std::shared_ptr<Scene> build(const Places& p, Ids& ids, const Places* end = nullptr) {
-  const std::optional<Ways> ways = end ? std::optional(Ways(p, *end)) : std::nullopt;
-  const auto way = [&](std::vector<float> Ways::*of) { return ways ? *ways.*of : std::vector<float>{}; };
+  const auto way = [&](std::vector<float> Ways::*of) { return end ? Ways(p, *end).*of : std::vector<float>{}; };
   auto scene = std::make_shared<Scene>();
   const auto material = [&](SppmClosureType type, float color) {
     const SppmClosureDesc c = closure(type, color);
