@@ -7,7 +7,6 @@ Limits that come from the closures:
  - A texture used as a number (roughness, factor) counts by its first channel, not by its luminance.
  - A COAT covers all that follows in the list, so where two covered shaders are mixed, what stands before the second one's coat is
    also dimmed by the first coat; uncovered shaders are put in front and stay exact.
- - The last coat covers alone: the base below a clearcoat is dimmed by the specular coat only.
 """
 
 from collections.abc import Callable

@@ -27,7 +27,8 @@ def principled_bsdf(walk, node):
     not_metal = algebra.one_minus(metallic)
     opaque = algebra.multiply(not_metal, algebra.one_minus(transmission))
 
-    closures = principled_clearcoat(walk, node, new) + principled_emission(walk, node, new)
+    clearcoat = principled_clearcoat(walk, node, new)
+    closures = clearcoat + principled_emission(walk, node, new)
     if not is_zero(metallic):
         warn_if_tinted(walk, node, "Specular Tint")
         closures += scaled(walk, [principled_metal(walk, node, new, base, roughness)], metallic)
@@ -35,8 +36,10 @@ def principled_bsdf(walk, node):
         glass = principled_glass(walk, node, new, base, roughness)
         closures += scaled(walk, [glass], algebra.multiply(not_metal, transmission))
     if not is_zero(opaque):
-        layers = principled_specular(walk, node, new, roughness) + principled_base(walk, node, new, base, roughness)
-        closures += scaled(walk, layers, opaque)
+        specular = principled_specular(walk, node, new, roughness)
+        if clearcoat and new:
+            specular = [replace(coat, flags=coat.flags | ClosureFlags.UNDER_COAT) for coat in specular]
+        closures += scaled(walk, specular + principled_base(walk, node, new, base, roughness), opaque)
     if alpha == ONE:
         return closures
     return [ClosureDesc(ClosureType.TRANSPARENT, weight=algebra.one_minus(alpha)), *scaled(walk, closures, alpha)]
@@ -50,9 +53,8 @@ def principled_clearcoat(walk, node, new):
     if not new:  # Cycles 3.4 multiplies by 1/4 and takes nothing from what is below
         return [ClosureDesc(ClosureType.COAT, weight=walk.algebra.multiply(weight, gray(0.25)), roughness=roughness)]
     warn_if_tinted(walk, node, "Coat Tint")
-    flags = ClosureFlags.ATTENUATE if weight.value[0] >= 0.5 else ClosureFlags.NONE  # the library dims fully or not at all
     ior = max(walk.number(node.inputs["Coat IOR"]), 1.0)
-    return [ClosureDesc(ClosureType.COAT, flags, weight=weight, roughness=roughness, ior=ior)]
+    return [ClosureDesc(ClosureType.COAT, ClosureFlags.ATTENUATE, weight=weight, color2=weight, roughness=roughness, ior=ior)]
 
 
 def principled_emission(walk, node, new):

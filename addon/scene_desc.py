@@ -60,6 +60,7 @@ class ClosureFlags(IntFlag):
     REFRACTION_ONLY = 8
     EDGE_BY_IOR = 16
     SEPARABLE = 32
+    UNDER_COAT = 64
 
 
 class LightType(IntEnum):

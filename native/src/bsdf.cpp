@@ -108,8 +108,14 @@ Vec3 energy_factor(const Lobe& lobe, float cos_theta) {
 }
 
 // What a coat above lets through, seen from the camera side.
+float under_cover(const Lobe& lobe, float cosine) {
+  float left = 1;
+  for (const Cover& c : lobe.covers)
+    if (c.table) left *= std::max(0.0f, 1 - c.share * c.table->albedo(cosine, c.roughness));
+  return left;
+}
 float under_cover(const Lobe& lobe, Vec3 wo_local) {
-  return lobe.cover ? std::max(0.0f, 1 - lobe.cover->albedo(std::abs(wo_local.z), lobe.cover_roughness)) : 1.0f;
+  return under_cover(lobe, std::abs(wo_local.z));
 }
 
 // Disney's diffuse (Burley 2012) without sheen; local directions on the same side.
@@ -287,7 +293,7 @@ Vec3 albedo(const Lobe& lobe, const ShadingPoint& at, Vec3 given_world) {
 float estimated_albedo(const Lobe& lobe, const ShadingPoint& at, Vec3 given_world) {
   const float c = std::abs(dot(given_world, at.frame.n));
   const float weight = luminance(lobe.weight);
-  const float cover = lobe.cover ? std::max(0.0f, 1 - lobe.cover->albedo(c, lobe.cover_roughness)) : 1.0f;
+  const float cover = under_cover(lobe, c);
   switch (lobe.type) {
     case LobeType::kDiffuse:
     case LobeType::kRetroDiffuse: return weight * cover * luminance(lobe.color);

@@ -16,6 +16,14 @@ namespace sppm {
 enum class LobeType : uint8_t { kDiffuse, kRetroDiffuse, kDielectric, kRefraction, kConductor, kCoat };
 enum class Transport : uint8_t { kRadiance, kPhoton };
 
+class AlbedoTable;
+
+// A coat: `share` of what lies below is beneath it.
+struct Cover {
+  const AlbedoTable* table = nullptr;
+  float roughness = 0, share = 1;
+};
+
 struct Lobe {
   LobeType type = LobeType::kDiffuse;
   Vec3 weight{1, 1, 1};  // of this lobe in the sum, layering included where it does not depend on direction
@@ -26,10 +34,9 @@ struct Lobe {
   float ior = 1;         // inside over outside
   bool edge_by_ior = false;  // conductor: color2 is reached as a dielectric of index `ior` reaches 1
   bool separable = false;    // masking and shadowing independent; Fresnel shares of glass at the shading normal
-  const class AlbedoTable* multiple_scattering = nullptr;  // gives back lost energy if set
+  const AlbedoTable* multiple_scattering = nullptr;        // gives back lost energy if set
   const AlbedoTable* multiple_scattering_inside = nullptr; // the same where light is seen from inside a dielectric
-  const AlbedoTable* cover = nullptr;                      // the coat that lies above, if any
-  float cover_roughness = 0;
+  std::array<Cover, 2> covers;                             // the coats that lie above, if any
 
   bool diffuse() const { return type == LobeType::kDiffuse || type == LobeType::kRetroDiffuse; }
   bool smooth() const { return !diffuse() && alpha == 0; }

@@ -53,8 +53,7 @@ float Materials::caster_strength(const Closure& c) {
 
 template <typename Add>
 void Materials::visit_lobes(const Material& material, const SurfaceAttributes& at, Add add) const {
-  const AlbedoTable* cover = nullptr;
-  float cover_roughness = 0;
+  std::array<Cover, 2> covers;
   for (const Closure& c : material.closures) {
     if (!scatters(c.type)) continue;
     const Vec3 weight = max(c.weight.color(*textures_, at), {});
@@ -72,11 +71,13 @@ void Materials::visit_lobes(const Material& material, const SurfaceAttributes& a
       lobe.alpha = alpha_of(lobe);
       lobe.multiple_scattering = lobe.alpha > 0 ? c.multiple_scattering : nullptr;
       lobe.multiple_scattering_inside = c.multiple_scattering_inside;
-      lobe.cover = cover;
-      lobe.cover_roughness = cover_roughness;
+      lobe.covers = covers;
       add(lobe);
     }
-    if (c.cover && !is_black(weight)) cover = c.cover, cover_roughness = roughness;
+    if (!c.cover) continue;
+    const bool beneath = c.flags & SPPM_CLOSURE_UNDER_COAT;
+    if (!beneath) covers = {};
+    if (!is_black(weight)) covers[beneath] = {c.cover, roughness, std::clamp(luminance(c.color2.color(*textures_, at)), 0.0f, 1.0f)};
   }
 }
 

@@ -136,6 +136,8 @@ SppmSceneInfo Scene::info() const {
   info.memory_bytes = accel_.memory() + textures.memory();
   for (const auto& mesh : meshes_) info.memory_bytes += mesh->memory();
   for (const MovingInstance& m : moving_instances_) info.memory_bytes += sizeof m + m.motion.memory();
+  for (const MovingLamp& m : moving_lamps_) info.memory_bytes += sizeof m + m.motion.memory();
+  info.memory_bytes += camera_keys_.size() * sizeof(SppmCameraDesc) + camera_motion_.memory();
   info.has_specular = has_specular_, info.has_transparent = has_transparent_, info.has_textures = has_textures_;
   return info;
 }

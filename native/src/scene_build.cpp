@@ -109,11 +109,13 @@ void Scene::settle(Instance& i) {
     return;
   }
   if (!own) {
+    auto copy = std::make_unique<Mesh>(*meshes_[i.shape]);
     if (i.squeezed == kNone) {
-      i.squeezed = static_cast<uint32_t>(meshes_.size());
-      meshes_.emplace_back();
+      meshes_.push_back(std::move(copy));
+      i.squeezed = static_cast<uint32_t>(meshes_.size() - 1);
+    } else {
+      meshes_[i.squeezed] = std::move(copy);
     }
-    meshes_[i.squeezed] = std::make_unique<Mesh>(*meshes_[i.shape]);
     i.mesh = i.squeezed;
   }
   meshes_[i.mesh]->transform(i.placed);

@@ -28,7 +28,9 @@ SppmCameraDesc between(const SppmCameraDesc& a, const SppmCameraDesc& b, const A
   std::copy(transform.m.begin(), transform.m.end(), d.transform);
   for (int i = 0; i < 4; ++i) mix(d.window[i], b.window[i]);
   mix(d.clip_near, b.clip_near), mix(d.clip_far, b.clip_far);
-  mix(d.aperture_radius, b.aperture_radius), mix(d.aperture_ratio, b.aperture_ratio), mix(d.focal_distance, b.focal_distance);
+  const auto ratio = [](float r) { return r > 0 ? r : 1; };
+  d.aperture_ratio = ratio(a.aperture_ratio);
+  mix(d.aperture_radius, b.aperture_radius), mix(d.aperture_ratio, ratio(b.aperture_ratio)), mix(d.focal_distance, b.focal_distance);
   return d;
 }
 
@@ -37,6 +39,7 @@ SppmCameraDesc between(const SppmCameraDesc& a, const SppmCameraDesc& b, const A
 void Scene::set_camera(const SppmCameraDesc& desc) {
   camera = Camera(desc);
   camera_keys_.clear();
+  camera_motion_ = {};
   has_camera_ = true;
 }
 
@@ -65,6 +68,11 @@ std::optional<Scene::MovingLamp> Scene::moving_lamp(const SppmLightDesc& desc) {
   if (desc.motion_count == 0) return std::nullopt;
   const std::string where = std::string("light '") + (desc.name ? desc.name : "") + "': ";
   SppmLightDesc still = desc;
+  for (uint32_t k = 0; desc.motion && k < desc.motion_count; ++k) {
+    SppmLightDesc key = desc;
+    std::copy_n(desc.motion + 12 * k, 12, key.transform);
+    Lamp{key};  // is checked here and not in the middle of a render
+  }
   still.motion = nullptr, still.motion_count = 0, still.name = nullptr;  // the caller's memory
   return MovingLamp{0, still, to_motion(desc.motion, desc.motion_count, where)};
 }
@@ -98,6 +106,8 @@ void Scene::set_lamp(uint32_t id, const SppmLightDesc& desc) {
 }
 
 void Scene::update(const Threads& threads) {
+  std::sort(moved_instances_.begin(), moved_instances_.end());
+  moved_instances_.erase(std::unique(moved_instances_.begin(), moved_instances_.end()), moved_instances_.end());
   bool lights_change = lamps_changed_;
   for (const uint32_t i : moved_instances_) {
     settle(instances_[i]);

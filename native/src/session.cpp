@@ -43,6 +43,13 @@ constexpr double kFewestPhotons = 1.0 / 16, kMostPhotons = 16;
 // AUTO: photons serve where most pixels find this many of them in their first disk.
 constexpr double kEnoughPhotons = 3, kEnoughPixels = 0.6;
 
+// Another session's step may set the camera of a scene that moves.
+std::array<uint64_t, 2> size_of(Scene& scene) {
+  std::unique_lock<std::mutex> turn;
+  if (scene.moves()) turn = std::unique_lock(scene.turn);
+  return {scene.camera.region_width, scene.camera.region_height};
+}
+
 const char* kIndirectNames[] = {"PHOTONS", "PATHS", "AUTO"};
 const char* kRadiusRuleNames[] = {"PROGRESSIVE", "DENSITY", "PASS_INDEXED"};
 
@@ -50,8 +57,7 @@ const char* kRadiusRuleNames[] = {"PROGRESSIVE", "DENSITY", "PASS_INDEXED"};
 
 Session::Session(std::shared_ptr<Scene> scene, const SppmSettings& settings)
     : scene_(std::move(scene)),
-      width_(scene_->camera.region_width),
-      height_(scene_->camera.region_height),
+      size_(size_of(*scene_)),
       settings_(checked(settings)),
       snapshot_path_(settings.snapshot_path ? settings.snapshot_path : ""),
       path_{settings.seed, settings.max_depth, static_cast<float>(settings.filter_width), settings.pixel_filter == SPPM_BOX,
@@ -131,7 +137,7 @@ void Session::iterate(SppmProgress& done) {
   }
   const Stopwatch watch(done.seconds_gather);
   shrink_ *= RadiusRule::step(iteration_ + 1, settings_.gamma);
-  done.dropped_samples += film_.update(samples_, maps_, rules(batches), width_, threads_);
+  done.dropped_samples += film_.update(samples_, maps_, rules(batches), size_[0], threads_);
   if (iteration_ == 0) plan_budget(camera, batches, counts);
   ++iteration_;
   for (const PhotonBatch& b : batches) emitted_[static_cast<size_t>(b.emission)] += b.count, done.photons_emitted += b.count;
@@ -169,7 +175,7 @@ void Session::decide_indirect(SppmProgress& done) {
 }
 
 void Session::check_camera() const {
-  if (scene_->camera.region_width != width_ || scene_->camera.region_height != height_)
+  if (scene_->camera.region_width != size_[0] || scene_->camera.region_height != size_[1])
     throw Error(SPPM_INVALID_STATE, "the camera's picture has another size than when the session began");
 }
 
@@ -243,7 +249,7 @@ void Session::write_exr(const std::string& path) const {
     for (uint32_t c = 0; c < n; ++c) channels.push_back({prefix + info.channels[c], buffers.back().data() + c, n});
   }
   const SppmProgress p = progress();
-  sppm::write_exr(path, static_cast<int64_t>(width_), static_cast<int64_t>(height_), channels,
+  sppm::write_exr(path, static_cast<int64_t>(size_[0]), static_cast<int64_t>(size_[1]), channels,
                   {{"sppm:iterations", std::to_string(p.iteration)},
                    {"sppm:photons", std::to_string(p.photons_emitted)},
                    {"sppm:seconds", std::to_string(p.seconds)},

@@ -33,11 +33,11 @@ class Session {
   void start_budget();
   void timed(const std::function<void(SppmProgress&)>& part);
   void check_camera() const;
-  uint64_t pixels() const { return width_ * height_; }
+  uint64_t pixels() const { return size_[0] * size_[1]; }
   uint64_t memory() const;
 
   std::shared_ptr<Scene> scene_;  // of which nothing but the time changes here
-  uint64_t width_, height_;
+  std::array<uint64_t, 2> size_;  // width, height of the region [pixels]
   SppmSettings settings_;
   std::string snapshot_path_;
   PathSettings path_;

@@ -178,3 +178,16 @@ def test_material(stage, make, tmp_path):
     world_constant()
     bpy.data.objects["Right"].data.materials[0] = make()
     assert_like_cycles(tmp_path)
+
+
+@pytest.mark.skipif(bpy.app.version < (4, 0, 0), reason="before 4.0 a coat takes nothing from what is below")
+@pytest.mark.parametrize("weight", [0.5, 1.0])
+def test_coat_over_coat(stage, weight, tmp_path):
+    """Lacquer: what is below the coat has a specular layer of its own."""
+    area("SQUARE", 0.6)
+    world_constant()
+    make_scenes.add_camera((0.4, -3.4, 0.8), (0, 0, 0.2))  # low: most is seen at a grazing angle
+    lacquer = make_scenes.principled("P", (0.7, 0.05, 0.05), **{"Roughness": 0.25, "Coat Weight": weight})
+    for name in ("Right", "Floor"):
+        bpy.data.objects[name].data.materials[0] = lacquer
+    assert_like_cycles(tmp_path)

@@ -361,6 +361,7 @@ def test_principled_default(bench):
     assert types((coat, base)) == ["COAT", "DIFFUSE"] and close(base.color.value, RED[:3])
     assert close(f0_from_ior(coat.ior), 0.04) and close(coat.roughness.value[0], 0.3)
     assert bool(coat.flags & ClosureFlags.ATTENUATE) == principled_is_v2(node) == V2
+    assert not coat.flags & ClosureFlags.UNDER_COAT
     assert bool(base.flags & ClosureFlags.RETRO) == (not V2) and coat.flags & ClosureFlags.PRESERVE_ENERGY
     assert not bench.warnings
 
@@ -418,6 +419,8 @@ def test_principled_clearcoat(bench):
     coat, *rest = bench.export()
     assert coat.type is ClosureType.COAT and close(coat.weight.value[0], 0.8 if V2 else 0.2) and close(coat.ior, 1.5)
     assert types(rest) == ["COAT", "DIFFUSE"] and bool(coat.flags & ClosureFlags.ATTENUATE) == V2
+    assert bool(rest[0].flags & ClosureFlags.UNDER_COAT) == V2
+    assert not V2 or close(coat.color2.value[0], 0.8)  # of what lies below is under it
 
 
 def test_principled_emission(bench):

@@ -112,7 +112,8 @@ typedef enum SppmClosureType {
   SPPM_DIFFUSE = 1,     /* Lambert reflection, albedo `color`; with SPPM_CLOSURE_RETRO Disney's diffuse, using `roughness` */
   SPPM_DIELECTRIC = 2,  /* interface of index `ior` (inside over outside): reflection tint `color`, transmission tint `color2` */
   SPPM_CONDUCTOR = 3,   /* reflection: `color` at normal incidence, `color2` at grazing (Schlick) */
-  SPPM_COAT = 4,        /* reflection of a dielectric of index `ior`, tint `color`; lies over the closures after it in the list */
+  SPPM_COAT = 4,        /* reflection of a dielectric of index `ior`, tint `color`; lies over the closures after it in the list, up to
+                         * the next coat, with ATTENUATE over the share `color2` (its luminance) of them */
   SPPM_TRANSPARENT = 5, /* light goes straight on, times `color` */
   SPPM_EMISSION = 6     /* radiance `color` [W m^-2 sr^-1] from both sides */
 } SppmClosureType;
@@ -123,8 +124,9 @@ typedef enum SppmClosureFlags {
   SPPM_CLOSURE_ATTENUATE = 4,       /* COAT: closures after it get what its albedo leaves, not their full weight */
   SPPM_CLOSURE_REFRACTION_ONLY = 8, /* DIELECTRIC: all transmission, no Fresnel reflection (Blender's Refraction BSDF) */
   SPPM_CLOSURE_EDGE_BY_IOR = 16, /* CONDUCTOR: goes from `color` to `color2` as a dielectric of index `ior` does, not as Schlick has it */
-  SPPM_CLOSURE_SEPARABLE = 32 /* rough DIELECTRIC, CONDUCTOR, COAT as in Cycles before 4.0: masking and shadowing are independent, and
+  SPPM_CLOSURE_SEPARABLE = 32, /* rough DIELECTRIC, CONDUCTOR, COAT as in Cycles before 4.0: masking and shadowing are independent, and
                                  the shares of reflection and transmission are those at the shading normal toward the camera's side */
+  SPPM_CLOSURE_UNDER_COAT = 64 /* COAT with ATTENUATE: lies beneath the one before it, which covers what follows as well */
 } SppmClosureFlags;
 
 typedef struct SppmClosureDesc {
@@ -241,7 +243,8 @@ SPPM_API SppmStatus sppm_scene_add_mesh(SppmScene *scene, const SppmMeshDesc *de
 SPPM_API SppmStatus sppm_scene_add_instance(SppmScene *scene, const SppmInstanceDesc *desc, uint32_t *instance);
 SPPM_API SppmStatus sppm_scene_add_light(SppmScene *scene, const SppmLightDesc *desc, uint32_t *light);
 SPPM_API SppmStatus sppm_scene_set_world(SppmScene *scene, const SppmWorldDesc *desc);
-/* Legal after sppm_scene_commit too, at once and without sppm_scene_update; a session's picture must keep its size. */
+/* This and the next are legal after sppm_scene_commit too, at once and without sppm_scene_update, while no session of the scene is in a
+ * step; a session's picture must keep its size. This ends a camera's motion. */
 SPPM_API SppmStatus sppm_scene_set_camera(SppmScene *scene, const SppmCameraDesc *desc);
 /* A camera that moves while the shutter is open: `count` cameras evenly spaced in time, alike in projection, size and region.
  *
@@ -254,8 +257,8 @@ SPPM_API SppmStatus sppm_scene_set_camera_motion(SppmScene *scene, const SppmCam
 SPPM_API SppmStatus sppm_scene_commit(SppmScene *scene, uint32_t threads);
 
 /* Moving what is in a committed scene. No session of the scene may be in a step meanwhile; what a session has rendered is not forgotten,
- * so a picture of the new places alone needs a new session. Nothing changes before sppm_scene_update, and then the scene renders to the
- * bits as one that was built so. */
+ * so a picture of the new places alone needs a new session. sppm_scene_update must follow before the next step: until then a replaced lamp
+ * shows in part. Then the scene renders to the bits as one that was built so. What is moved or replaced ends its motion. */
 SPPM_API SppmStatus sppm_scene_move_instance(SppmScene *scene, uint32_t instance, const float *transform); /* 12 floats */
 /* Replaces a lamp by another one, of whatever type, in whatever place. */
 SPPM_API SppmStatus sppm_scene_set_light(SppmScene *scene, uint32_t light, const SppmLightDesc *desc);
