@@ -4,6 +4,7 @@
 #include <array>
 #include <thread>
 
+#include "closures.h"
 #include "pass_info.h"
 #include "scene.h"
 #include "session.h"
@@ -20,14 +21,6 @@ SppmMaterialDesc material_of(const SppmClosureDesc& closure) {
   m.struct_size = sizeof m;
   m.closure_count = 1, m.closures = &closure;
   return m;
-}
-
-SppmClosureDesc closure(SppmClosureType type, float color) {
-  SppmClosureDesc c{};
-  c.struct_size = sizeof c;
-  c.type = type, c.ior = 1.5f;
-  for (int i = 0; i < 3; ++i) c.weight.value[i] = 1, c.color.value[i] = c.color2.value[i] = color;
-  return c;
 }
 
 // The box from -half to half.

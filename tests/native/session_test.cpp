@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <thread>
 
+#include "closures.h"
 #include "pass_info.h"
 #include "status.h"
 
@@ -20,14 +21,6 @@ SppmSettings settings(uint32_t threads) {
   s.iterations = 8, s.max_depth = 24, s.filter_width = 1.5, s.gamma = 2.0 / 3, s.threads = threads, s.photons_per_iteration = 20000;
   s.passes = (1u << SPPM_PASS_COUNT) - 1;
   return s;
-}
-
-SppmClosureDesc closure(SppmClosureType type, float color) {
-  SppmClosureDesc c{};
-  c.struct_size = sizeof c;
-  c.type = type, c.ior = 1.5f;
-  for (int i = 0; i < 3; ++i) c.weight.value[i] = 1, c.color.value[i] = c.color2.value[i] = color;
-  return c;
 }
 
 uint32_t add_material(Scene& scene, const std::vector<SppmClosureDesc>& closures) {
