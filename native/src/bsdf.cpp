@@ -57,8 +57,6 @@ float schlick(float cos_theta) {
   return m * m * m * m * m;
 }
 
-bool transmits(LobeType type) { return type == LobeType::kDielectric || type == LobeType::kRefraction; }
-
 // How far a conductor is from `color` to `color2`.
 float edge_share(const Lobe& lobe, float cos_theta) {
   if (!lobe.edge_by_ior) return schlick(cos_theta);

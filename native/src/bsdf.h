@@ -16,6 +16,8 @@ namespace sppm {
 enum class LobeType : uint8_t { kDiffuse, kRetroDiffuse, kDielectric, kRefraction, kConductor, kCoat };
 enum class Transport : uint8_t { kRadiance, kPhoton };
 
+inline bool transmits(LobeType type) { return type == LobeType::kDielectric || type == LobeType::kRefraction; }
+
 class AlbedoTable;
 
 // A coat: `share` of what lies below is beneath it.
@@ -43,14 +45,19 @@ struct Lobe {
   // The share of a lamp's light scattered here that photons carry on, where camera paths could find the rest. Falls smoothly with
   // roughness, so that no picture changes abruptly with it.
   float photon_share() const {
-    if (diffuse()) return 0;
-    const float t = std::clamp((std::sqrt(spread(type, roughness, ior)) - 0.25f) * 4, 0.0f, 1.0f);
-    return 1 - t * t * (3 - 2 * t);
+    return diffuse() ? 0 : 1 - smooth_step(0.25f, 0.5f, std::sqrt(spread(type, roughness, ior)));
+  }
+  // The share of the caustic light coming to a glossy lobe for which photons are asked. Camera paths find the rest: by chance, the more
+  // rarely the smaller the lamp and the wider the lobe. Those of a lamp `without_size` find none: but for nearly smooth lobes, which as
+  // mirrors do not show it, photons bring it all. Photons are looked for on one side of a surface, so not for what lets light through.
+  float asked_share(bool without_size) const {
+    if (diffuse() || transmits(type)) return 0;
+    const float width = std::sqrt(spread(type, roughness, ior));
+    return without_size ? smooth_step(0.02f, 0.1f, width) : smooth_step(0.1f, 0.3f, width);
   }
   // How wide a rough lobe scatters: its alpha, less where glass hardly bends what goes through.
   static float spread(LobeType type, float roughness, float ior) {
-    const bool transmits = type == LobeType::kDielectric || type == LobeType::kRefraction;
-    return square(roughness) * (transmits ? std::min(std::abs(ior - 1), 1.0f) : 1.0f);
+    return square(roughness) * (transmits(type) ? std::min(std::abs(ior - 1), 1.0f) : 1.0f);
   }
 };
 

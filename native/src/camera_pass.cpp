@@ -10,8 +10,8 @@ constexpr uint64_t kCameraStream = 0x63616d657261;  // tells a pixel's samples f
 
 class CameraPath {
  public:
-  CameraPath(const Scene& scene, const PathSettings& settings, Sampler sampler, std::vector<Lobe>& lobes, RayCounts& counts, float* record)
-      : scene_(scene), settings_(settings), sampler_(sampler), lobes_(lobes), counts_(counts), data_(settings.data, scene, record) {}
+  CameraPath(const Scene& scene, const PathSettings& settings, Sampler sampler, uint64_t pixel, TilePoints& tile, RayCounts& counts, float* record)
+      : scene_(scene), settings_(settings), sampler_(sampler), pixel_(pixel), tile_(tile), counts_(counts), data_(settings.data, scene, record) {}
 
   CameraSample follow(float pixel_x, float pixel_y) {
     ray_ = first_ray(pixel_x, pixel_y);
@@ -50,7 +50,7 @@ class CameraPath {
     const auto add = [&](const EmittedLight& light) { *sum_ += met(light, SPPM_PASS_EMISSION); };
     if (!camera_ray_ && share_ > 0) scene_.lights.visit_lamps(scattered_at_, ray_.direction, near, since_scatter_, add);
     if (surface) {
-      if (!waiting_) sample_.point.path_length += distance;
+      path_length_ += distance;
       if (!is_cut_out(*surface)) add(scene_.emitted(*surface, -ray_.direction, scattered_at_, since_scatter_));
     } else {
       leave_scene();
@@ -103,14 +103,16 @@ class CameraPath {
     }
     const Lobe& lobe = bsdf[chosen];
     const float probability = choice.probability[static_cast<size_t>(chosen)];
+    share_ = share_of_paths(lobe);
     if (waiting_) {
       sum_ = &sample_.indirect;
-      share_ = 1 - lobe.photon_share();
     } else if (lobe.diffuse() || (last && !lobe.smooth())) {
-      make_visible_point(s, bsdf, lobe, wo, probability);
+      sample_.point = visible_point(s, bsdf, lobe, wo, probability);
       data_.stop_features(bsdf, wo);
-      waiting_ = true;
+      waiting_ = true, asked_ = 1;
       final_ = !settings_.trace_indirect;
+    } else if (settings_.ask_at_glossy && !lobe.smooth()) {
+      ask_for_caustics(s, bsdf, lobe, wo, probability);
     }
     final_ |= last;
     // What the last ray is for is the second half of direct light.
@@ -156,8 +158,7 @@ class CameraPath {
       const Vec3 value = evaluate(lobe, bsdf.at, wo, light->wi);
       if (is_black(value)) continue;
       const float other = choice.probability[static_cast<size_t>(i)] * pdf_solid_angle(lobe, bsdf.at, wo, light->wi);
-      const float share = waiting_ ? 1 - lobe.photon_share() : 1.0f;
-      f += value * (share * (light->delta ? 1.0f : mis_weight(light->pdf, other)));
+      f += value * (share_of_paths(lobe) * (light->delta ? 1.0f : mis_weight(light->pdf, other)));
     }
     if (is_black(f)) return;
     Vec3 value = beta_ * f * light->radiance * (std::abs(dot(light->wi, bsdf.at.frame.n)) / light->pdf);
@@ -167,9 +168,23 @@ class CameraPath {
     (waiting_ ? sample_.indirect : sample_.direct) += value;
   }
 
-  void make_visible_point(const SurfacePoint& s, const Bsdf& bsdf, const Lobe& lobe, Vec3 wo, float probability) {
-    VisiblePoint& vp = sample_.point;
+  // Of a lamp's light that the lobe scatters toward the path, what photons do not carry to surfaces before.
+  float share_of_paths(const Lobe& lobe) const { return 1 - asked_ * lobe.photon_share(); }
+
+  void ask_for_caustics(const SurfacePoint& s, const Bsdf& bsdf, const Lobe& lobe, Vec3 wo, float probability) {
+    const float share = lobe.asked_share(settings_.without_size);
+    if (share == 0) return;
+    tile_.glossy.push_back({visible_point(s, bsdf, lobe, wo, probability), pixel_});
+    tile_.glossy.back().point.caustic_share *= share;
+    asked_ += (1 - asked_) * share;
+  }
+
+  VisiblePoint visible_point(const SurfacePoint& s, const Bsdf& bsdf, const Lobe& lobe, Vec3 wo, float probability) {
+    VisiblePoint vp;
     vp.p = s.p;
+    vp.path_length = path_length_;
+    // Diffuse surfaces have all that comes to them; what a glossy one sees through glass may be seen by another before.
+    vp.caustic_share = lobe.diffuse() ? 1 : 1 - asked_;
     vp.wo = pack_direction(wo);
     const Vec3 ng = face_toward(s.ng, wo);
     vp.ng = pack_direction(ng);
@@ -179,20 +194,22 @@ class CameraPath {
       // Its f is the same for every photon: evaluated once, straight above.
       vp.weight *= evaluate(lobe, bsdf.at, wo, ng);
     } else {
-      vp.lobe = static_cast<uint32_t>(lobes_.size());
-      lobes_.push_back(lobe);
+      vp.lobe = static_cast<uint32_t>(tile_.lobes.size());
+      tile_.lobes.push_back(lobe);
       // The point's frame is turned toward wo, so glass seen from inside is glass of the inverse index there.
       if (dot(wo, s.ng) < 0 && (lobe.type == LobeType::kDielectric || lobe.type == LobeType::kRefraction)) {
-        lobes_.back().ior = 1 / lobe.ior;
-        std::swap(lobes_.back().multiple_scattering, lobes_.back().multiple_scattering_inside);
+        tile_.lobes.back().ior = 1 / lobe.ior;
+        std::swap(tile_.lobes.back().multiple_scattering, tile_.lobes.back().multiple_scattering_inside);
       }
     }
+    return vp;
   }
 
   const Scene& scene_;
   const PathSettings& settings_;
   Sampler sampler_;
-  std::vector<Lobe>& lobes_;
+  uint64_t pixel_;
+  TilePoints& tile_;
   RayCounts& counts_;
   DataRecorder data_;
 
@@ -205,6 +222,8 @@ class CameraPath {
   float since_scatter_ = 0;  // distance from there to where it has come
   Vec3* sum_ = &sample_.direct;  // where light goes that the ray meets
   float share_ = 1;          // of that light; the rest is carried by photons
+  float asked_ = 0;          // share of the caustic light for which photons are asked at surfaces before
+  float path_length_ = 0;    // from the camera [m]
   bool camera_ray_ = true;   // not scattered yet
   bool waiting_ = false;     // the path has made its visible point
   bool final_ = false;       // the ray only looks for lights
@@ -215,7 +234,7 @@ class CameraPath {
 
 uint64_t CameraSamples::memory() const {
   uint64_t bytes = pixels.capacity() * sizeof(CameraSample) + data.capacity() * sizeof(float);
-  for (const auto& tile : lobes) bytes += tile.capacity() * sizeof(Lobe);
+  for (const auto& tile : tiles) bytes += tile.lobes.capacity() * sizeof(Lobe) + tile.glossy.capacity() * sizeof(GlossyPoint);
   return bytes;
 }
 
@@ -224,14 +243,15 @@ bool run_camera_pass(const Scene& scene, const PathSettings& settings, uint64_t 
   const Camera& camera = scene.camera;
   const uint64_t tiles = tile_count(camera.region_width, camera.region_height);
   samples.pixels.resize(camera.region_width * camera.region_height);
-  samples.lobes.resize(tiles);
+  samples.tiles.resize(tiles);
   const DataPasses& data = settings.data;
   // What is found once is found in the first iteration.
   const bool first = iteration == 0 && data.middle() > 0, has_records = data.any_averaged() || first;
   samples.data.resize(has_records ? samples.pixels.size() * data.size() : 0);
   std::vector<RayCounts> tile_counts(tiles);
   threads.for_each(tiles, [&](uint64_t tile) {
-    samples.lobes[tile].clear();
+    TilePoints& points = samples.tiles[tile];
+    points.lobes.clear(), points.glossy.clear();
     if (cancel.load(std::memory_order_relaxed)) return;
     visit_tile(tile, camera.region_width, camera.region_height, [&](uint64_t x, uint64_t y) {
       // Named by its place in the full image, so that a cropped render shows the same pixels.
@@ -244,10 +264,11 @@ bool run_camera_pass(const Scene& scene, const PathSettings& settings, uint64_t 
         if (first) record_middle(scene, data, film_x, film_y, record);
       }
       const Sampler sampler(hash64(settings.seed ^ kCameraStream, px << 32 | py), iteration);
-      CameraPath path(scene, settings, sampler, samples.lobes[tile], tile_counts[tile], data.any_averaged() ? record : nullptr);
+      CameraPath path(scene, settings, sampler, pixel, points, tile_counts[tile], data.any_averaged() ? record : nullptr);
       CameraSample sample = path.follow(film_x, film_y);
       if (!is_finite(sample.direct + sample.indirect) || !is_finite(sample.point.weight) || !is_finite(sample.point.p)) {
         sample = CameraSample{};
+        std::erase_if(points.glossy, [&](const GlossyPoint& g) { return g.pixel == pixel; });
         ++tile_counts[tile].dropped;
       }
       samples.pixels[pixel] = sample;

@@ -21,6 +21,8 @@ struct PathSettings {
   bool box_filter = false;
   bool transparent_film = false;
   bool trace_indirect = false;  // camera paths go on behind their visible point
+  bool ask_at_glossy = false;   // glossy surfaces ask for caustic photons, which carry Lobe::photon_share
+  bool without_size = false;    // some of these come from lamps without a size, see Lobe::asked_share
   DataPasses data;
 };
 
@@ -29,7 +31,7 @@ inline constexpr uint64_t kTileSize = 16;
 // The camera samples of one iteration, kept from pass to pass so that memory is not asked for again.
 struct CameraSamples {
   LargeVector<CameraSample> pixels;     // of the region, row by row from the bottom
-  std::vector<std::vector<Lobe>> lobes; // per tile: what visible points that are not Lambert refer to
+  std::vector<TilePoints> tiles;
   std::vector<float> data;              // a record of DataPasses for each pixel
 
   uint64_t memory() const;

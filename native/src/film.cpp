@@ -15,6 +15,21 @@ constexpr float kSmallestRadiusUlps = 32 * 0x1p-23f;
 
 float smallest_radius(Vec3 p) { return std::max(kSmallestRadiusUlps * max_component(abs(p)), 1e-30f); }
 
+// What a pixel's visible points find of one kind of photons in an iteration.
+struct Found {
+  Vec3 phi;
+  uint64_t count = 0, dropped = 0, points = 0;
+  float smallest_radius = 0;  // that all positions can tell
+
+  void ask(const VisiblePoint& vp, const std::vector<Lobe>& lobes, const PhotonMap& map, float radius, float share) {
+    Gatherer gatherer(vp, vp.lobe == VisiblePoint::kLambert ? nullptr : &lobes[vp.lobe]);
+    map.visit_within(vp.p, radius, [&](const PhotonGroup& group, uint32_t lanes) { gatherer.add(group, lanes); });
+    phi += gatherer.phi() * share;
+    count += gatherer.count(), dropped += gatherer.dropped(), ++points;
+    smallest_radius = std::max(smallest_radius, sppm::smallest_radius(vp.p));
+  }
+};
+
 // How much wider than its neighbour's a pixel's disk may be, in footprints a pixel.
 constexpr float kWidening = 0.25f;
 
@@ -45,15 +60,19 @@ void spread_least(std::vector<float>& values, uint64_t width, uint64_t height, f
 Film::Film(uint64_t pixels, const DataPasses& data) : pixels_(pixels), passes_(data), data_(pixels * data.size()) {}
 
 void Film::start_radii(const Camera& camera, const CameraSamples& samples, double initial_radius, const Threads& threads) {
+  const auto start = [&](Pixel& pixel, const VisiblePoint& vp) {
+    if (pixel.footprint > 0) return;
+    const double footprint = initial_radius > 0 ? initial_radius / kFirstRadius : static_cast<double>(camera.footprint(vp.path_length));
+    pixel.footprint = std::max(static_cast<float>(footprint), std::numeric_limits<float>::min());
+    for (PhotonEstimate& e : pixel.photons) e.radius = std::max(kFirstRadius * footprint, static_cast<double>(smallest_radius(vp.p)));
+  };
   threads.for_blocks(pixels_.size(), kGrain, [&](uint64_t begin, uint64_t end) {
     for (uint64_t i = begin; i < end; ++i) {
-      const VisiblePoint& vp = samples.pixels[i].point;
-      Pixel& pixel = pixels_[i];
-      if (!vp.valid() || pixel.footprint > 0) continue;
-      const double footprint = initial_radius > 0 ? initial_radius / kFirstRadius : static_cast<double>(camera.footprint(vp.path_length));
-      pixel.footprint = std::max(static_cast<float>(footprint), std::numeric_limits<float>::min());
-      for (PhotonEstimate& e : pixel.photons) e.radius = std::max(kFirstRadius * footprint, static_cast<double>(smallest_radius(vp.p)));
+      if (samples.pixels[i].point.valid()) start(pixels_[i], samples.pixels[i].point);
     }
+  });
+  threads.for_each(samples.tiles.size(), [&](uint64_t tile) {
+    for (const GlossyPoint& g : samples.tiles[tile].glossy) start(pixels_[g.pixel], g.point);
   });
 }
 
@@ -66,6 +85,10 @@ void Film::announce(const CameraSamples& samples, PhotonMaps& maps, const Thread
       for (size_t kind = 0; kind < kPhotonKinds; ++kind) maps[kind].announce(vp.p, static_cast<float>(pixels_[i].photons[kind].radius));
     }
   });
+  threads.for_each(samples.tiles.size(), [&](uint64_t tile) {
+    for (const GlossyPoint& g : samples.tiles[tile].glossy)
+      maps[kCaustic].announce(g.point.p, static_cast<float>(pixels_[g.pixel].photons[kCaustic].radius));
+  });
 }
 
 uint64_t Film::update(const CameraSamples& samples, const PhotonMaps& maps, const PhotonRules& rules, uint64_t width,
@@ -75,6 +98,8 @@ uint64_t Film::update(const CameraSamples& samples, const PhotonMaps& maps, cons
   const uint64_t height = pixels_.size() / width, tiles = tile_count(width, height);
   std::vector<uint64_t> dropped(tiles, 0);
   threads.for_each(tiles, [&](uint64_t tile) {
+    const TilePoints& points = samples.tiles[tile];
+    auto glossy = points.glossy.begin();
     visit_tile(tile, width, height, [&](uint64_t x, uint64_t y) {
       const uint64_t i = y * width + x;
       const CameraSample& sample = samples.pixels[i];
@@ -84,17 +109,17 @@ uint64_t Film::update(const CameraSamples& samples, const PhotonMaps& maps, cons
       pixel.direct[2] += static_cast<double>(sample.direct.z);
       pixel.photons[kIndirect].add(sample.indirect);
       pixel.alpha += static_cast<double>(sample.alpha);
-      const VisiblePoint& vp = sample.point;
-      if (!vp.valid()) return;
-      const Lobe* lobe = vp.lobe == VisiblePoint::kLambert ? nullptr : &samples.lobes[tile][vp.lobe];
+      std::array<Found, kPhotonKinds> found;
+      const auto ask = [&](const VisiblePoint& vp, size_t kind) {
+        if (rules.paths[kind] > 0) found[kind].ask(vp, points.lobes, maps[kind], static_cast<float>(pixel.photons[kind].radius), kind == kCaustic ? vp.caustic_share : 1.0f);
+      };
+      for (size_t kind = 0; kind < kPhotonKinds && sample.point.valid(); ++kind) ask(sample.point, kind);
+      for (; glossy != points.glossy.end() && glossy->pixel == i; ++glossy) ask(glossy->point, kCaustic);
       for (size_t kind = 0; kind < kPhotonKinds; ++kind) {
-        if (rules.paths[kind] == 0) continue;
-        PhotonEstimate& estimate = pixel.photons[kind];
-        Gatherer gatherer(vp, lobe);
-        maps[kind].visit_within(vp.p, static_cast<float>(estimate.radius), [&](const PhotonGroup& group, uint32_t lanes) { gatherer.add(group, lanes); });
-        estimate.update(gatherer.count(), gatherer.phi(), rules.paths[kind], rules.radius, static_cast<double>(pixel.footprint),
-                        smallest_radius(vp.p));
-        dropped[tile] += gatherer.dropped();
+        const Found& f = found[kind];
+        if (f.points == 0) continue;
+        pixel.photons[kind].update(f.count, f.phi, f.points * rules.paths[kind], rules.radius, static_cast<double>(pixel.footprint), f.smallest_radius);
+        dropped[tile] += f.dropped;
       }
     });
   });

@@ -79,6 +79,7 @@ void Lights::commit(const Bounds& bounds, Targets targets) {
 std::vector<double> Lights::build_entries() {
   entries_.clear(), lamp_entry_.clear(), mesh_entry_.clear();
   sized_lamps_.clear(), suns_.clear();
+  without_size_ = false;
   std::vector<double> powers;
   const auto add = [&](Kind kind, uint32_t index, double power) {
     entries_.push_back({kind, index});
@@ -89,6 +90,7 @@ std::vector<double> Lights::build_entries() {
     const Lamp& lamp = lamps_[i];
     const double power = lamp.power(radius_);
     lamp_entry_.push_back(add(Kind::kLamp, i, power));
+    without_size_ |= power > 0 && !lamp.sized();
     if (power > 0 && lamp.sized() && !(lamp.flags & SPPM_LIGHT_HIDDEN_FROM_SPECULAR)) (lamp.sun() ? suns_ : sized_lamps_).push_back(i);
   }
   for (uint32_t i = 0; i < meshes_.size(); ++i) mesh_entry_.push_back(add(Kind::kMesh, i, meshes_[i].power()));

@@ -40,6 +40,8 @@ class Lights {
   double power() const { return power_; }  // luminance [W]
   // True if a ray could meet a light by chance, so that sampling directions for direct light has a point.
   bool can_be_met() const { return met_; }
+  // True if some lamp is a point or a parallel beam.
+  bool any_without_size() const { return without_size_; }
 
   std::optional<DirectSample> sample_direct(Vec3 p, const Sample4& u) const;
   // A photon to anywhere. [16.7]
@@ -106,6 +108,7 @@ class Lights {
   std::vector<uint32_t> far_entries_;
   Targets targets_;
   bool met_ = false;
+  bool without_size_ = false;
 
   Vec3 center_;
   float radius_ = 0;  // of the scene's bounding sphere

@@ -61,7 +61,7 @@ Session::Session(std::shared_ptr<Scene> scene, const SppmSettings& settings)
       settings_(checked(settings)),
       snapshot_path_(settings.snapshot_path ? settings.snapshot_path : ""),
       path_{settings.seed, settings.max_depth, static_cast<float>(settings.filter_width), settings.pixel_filter == SPPM_BOX,
-            settings.transparent_film != 0, false, DataPasses(settings)},
+            settings.transparent_film != 0, false, false, false, DataPasses(settings)},
       indirect_(static_cast<SppmIndirect>(settings.indirect)),
       threads_(settings.threads),
       film_(pixels(), path_.data) {
@@ -115,13 +115,15 @@ void Session::plan_budget(const RayCounts& camera, std::span<const PhotonBatch> 
 
 void Session::iterate(SppmProgress& done) {
   if (scene_->moves()) scene_->set_time(pass_time(settings_.seed, iteration_), threads_);
+  const std::vector<PhotonBatch> batches = plan_batches();
+  path_.ask_at_glossy = std::ranges::any_of(batches, [](const PhotonBatch& b) { return b.emission == Emission::kSpecular; });
+  path_.without_size = scene_->lights.any_without_size();
   RayCounts camera;
   {
     const Stopwatch watch(done.seconds_camera);
     check_cancelled(run_camera_pass(*scene_, path_, iteration_, threads_, cancel_, samples_, camera));
     film_.start_radii(scene_->camera, samples_, settings_.initial_radius, threads_);
   }
-  const std::vector<PhotonBatch> batches = plan_batches();
   std::vector<RayCounts> counts(batches.size());
   if (!batches.empty()) {
     {

@@ -50,6 +50,11 @@ inline bool is_finite(Vec3 a) { return std::isfinite(a.x) && std::isfinite(a.y) 
 constexpr bool is_black(Vec3 a) { return a.x == 0 && a.y == 0 && a.z == 0; }
 constexpr float square(float x) { return x * x; }
 constexpr Vec3 lerp(Vec3 a, Vec3 b, float t) { return a * (1 - t) + b * t; }
+// From 0 at `from` to 1 at `to`, without a kink at either.
+constexpr float smooth_step(float from, float to, float x) {
+  const float t = std::clamp((x - from) / (to - from), 0.0f, 1.0f);
+  return t * t * (3 - 2 * t);
+}
 inline float safe_sqrt(float x) { return std::sqrt(std::max(x, 0.0f)); }
 // Unit normal of a triangle with these edges, their size whatever it is; zero for a triangle without area.
 inline Vec3 unit_normal(Vec3 e1, Vec3 e2) {

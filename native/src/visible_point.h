@@ -9,7 +9,8 @@
 
 namespace sppm {
 
-// Where a camera path waits for photons. `weight` is beta_camera times f for a Lambert lobe, else beta_camera alone.
+// Where a camera path waits for photons: at its first diffuse surface, and for caustic photons alone at glossy ones before it. `weight` is
+// beta_camera times f for a Lambert lobe, else beta_camera alone.
 struct VisiblePoint {
   static constexpr uint32_t kLambert = ~0u;
 
@@ -20,8 +21,21 @@ struct VisiblePoint {
   PackedDirection ns = 0;     // on ng's side
   uint32_t lobe = kLambert;   // position in its tile's list of lobes
   float path_length = 0;      // from the camera [m]
+  float caustic_share = 1;    // of caustic light; the rest was asked for at glossy surfaces before
 
   bool valid() const { return !is_black(weight); }
+};
+
+// A glossy surface on the way to the visible point. Caustic photons are asked for; other light comes on the path's further way.
+struct GlossyPoint {
+  VisiblePoint point;
+  uint64_t pixel = 0;         // of the region
+};
+
+// What the camera samples of a tile refer to.
+struct TilePoints {
+  std::vector<Lobe> lobes;          // of visible points that are not Lambert
+  std::vector<GlossyPoint> glossy;  // pixels in the order of `visit_tile`
 };
 
 struct CameraSample {

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from scenes import DOWN, Scene, at, box, check, diffuse, floor, fresnel, glass, means, slab_transmittance, sphere, sun_frame
-from sppm.scene_desc import ClosureFlags, LightType
+from scenes import DOWN, SPLITS, Scene, at, box, check, diffuse, floor, fresnel, glass, grey, means, slab_transmittance, sphere, sun_frame
+from sppm.scene_desc import ClosureDesc, ClosureFlags, ClosureType, LightType, Param
 
 RHO = 0.5
 IOR = 1.5
@@ -60,6 +60,22 @@ def test_camera_and_photons_see_the_same_plate():
     lit = under_plate(glass(IOR)).light(LightType.SPOT, at(0, 0, 30), 1000, angle=0.06)
     found = means(lit, "Caustics", iterations=4, photons_per_iteration=20000, initial_radius=0.1)
     check(found, RHO / np.pi * 1000 / (30 - 0.2 * (1 - 1 / IOR)) ** 2 * t, bias=2 * (0.3**2 * 2 / 3) / 30**2 + 1e-3)
+
+
+@pytest.mark.parametrize("indirect", ["PHOTONS", "PATHS"])
+@pytest.mark.parametrize(("roughness", "angle"), [(0.15, 0.0), (0.3, 0.0), (1.0, 0.0), (0.5, 0.02), (0.2, 0.5), (0.25, 0.5)])
+def test_glossy_floor_sees_the_sun_through_a_plate(roughness, angle, indirect):
+    """As it sees it without the plate, dimmed by what the plate lets through: by photons, by chance, or by both.
+
+    Off by what the plate throws back of the floor's light, less than 0.08 of 0.05, and by how the transmittance changes over the sun.
+    """
+    satin = ClosureDesc(ClosureType.CONDUCTOR, color=Param(grey(0.05)), color2=Param(grey(0.05)), roughness=Param(grey(roughness)))
+    settings = dict(iterations=32, photons_per_iteration=5000, initial_radius=0.1, indirect=indirect)
+    open_air = Scene().add(floor(1), satin).light(LightType.SUN, DOWN, 3, angle=angle).above(0.4, 0.3)
+    covered = Scene().add(floor(1), satin).add(box((-0.8, -0.8, 0.5), (0.8, 0.8, 0.6)), glass(IOR)).above(0.4, 0.3)
+    covered.light(LightType.SUN, DOWN, 3, angle=angle)
+    expected = means(open_air, "Combined", **settings).mean() * slab_transmittance(1, IOR)
+    check(means(covered, "Combined", **settings), expected, precision=0.02, bias=0.006)
 
 
 def test_refraction_only_loses_nothing():
