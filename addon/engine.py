@@ -16,7 +16,8 @@ from . import advice, live_view, native, render_result, statistics
 from .export_camera import CameraError
 from .export_motion import shutter_of
 from .export_scene import export_scene
-from .scene_desc import SceneError
+from .native_library import Cancelled, SppmError
+from .scene_validation import SceneError
 
 _POLL_SECONDS = 0.03
 _PREVIEW_SECONDS = 1.0
@@ -28,7 +29,7 @@ _PATIENCE_SECONDS = 10.0
 _under_way = set()  # every _Render that has not ended
 
 # Failures whose message is all that the user needs.
-_EXPECTED = (native.SppmError, CameraError, SceneError, MemoryError, OSError)
+_EXPECTED = (SppmError, CameraError, SceneError, MemoryError, OSError)
 
 
 class SppmRenderEngine(bpy.types.RenderEngine):
@@ -171,7 +172,7 @@ class _Render:
                 self._show_status(session.progress())
             step.result()
             return True
-        except native.Cancelled:
+        except Cancelled:
             return False
         except BaseException:
             # Nothing may run on while the session is being closed.

@@ -12,7 +12,7 @@ import make_scenes
 import numpy as np
 import pytest
 from exr_layers import render_layers
-from sppm import engine, native, render_result
+from sppm import engine, native, native_library, render_result
 
 SIZE = 32
 
@@ -251,7 +251,7 @@ def test_cancelled_picture_is_that_of_the_last_iteration(room, tmp_path, monkeyp
             return step(session)
         for _ in range(200):
             if cancelled:
-                raise native.Cancelled("cancelled", native.STATUS_CANCELLED)
+                raise native_library.Cancelled("cancelled", native_library.STATUS_CANCELLED)
             time.sleep(0.01)
         raise AssertionError("nobody cancelled the step")
 

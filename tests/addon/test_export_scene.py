@@ -10,7 +10,7 @@ import bpy
 import make_scenes
 import numpy as np
 import pytest
-from sppm import engine, export_scene, scene_desc
+from sppm import engine, export_scene, scene_desc, scene_validation
 from sppm.scene_desc import InstanceFlags
 
 DOWN = ((0, 0, 1.5), (0, 0, 0))
@@ -27,7 +27,7 @@ def export(empty_scene, monkeypatch):
         exported.clear()
         bpy.ops.render.render()
         desc, warnings = exported[0]
-        scene_desc.validate(desc)
+        scene_validation.validate(desc)
         return desc, warnings
 
     return run

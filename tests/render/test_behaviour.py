@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scenes import (DOWN, Scene, at, box, diffuse, emission, floor, glass, grey, look_at, quad, render, render_all, sphere)
 from sppm import native
+from sppm.native_library import STATUS_NAMES, Cancelled, SppmError
 from sppm.scene_desc import LightFlags, LightType, Projection
 
 RHO = 0.5
@@ -131,7 +132,7 @@ def test_cancel_from_another_thread_returns_soon_and_leaves_no_trace():
         timer = threading.Timer(0.3, session.cancel)
         started = time.monotonic()
         timer.start()
-        with pytest.raises(native.Cancelled):
+        with pytest.raises(Cancelled):
             session.step()
         assert time.monotonic() - started < 5
         timer.join()
@@ -140,7 +141,7 @@ def test_cancel_from_another_thread_returns_soon_and_leaves_no_trace():
     small = native.Settings(photons_per_iteration=5000)
     with native.Scene(room().desc) as scene, native.Session(scene, small) as session:
         session.cancel()
-        with pytest.raises(native.Cancelled):
+        with pytest.raises(Cancelled):
             session.step()
         session.step()
         assert np.array_equal(session.read_pass("Combined"), wanted)
@@ -226,9 +227,9 @@ def test_snapshots_are_written_at_their_interval(tmp_path):
 def test_file_that_cannot_be_written(tmp_path):
     with native.Scene(room().desc) as scene, native.Session(scene, native.Settings()) as session:
         session.step()
-        with pytest.raises(native.SppmError, match="missing") as caught:
+        with pytest.raises(SppmError, match="missing") as caught:
             session.write_exr(tmp_path / "missing" / "picture.exr")
-    assert native.STATUS_NAMES[caught.value.status] == "I/O error"
+    assert STATUS_NAMES[caught.value.status] == "I/O error"
 
 
 # ---------------------------------------------------------------- passes and cameras

@@ -7,7 +7,8 @@ import pytest
 from scenes import (DOWN, Scene, at, box, check, diffuse, emission, floor, glass, look_at, means, quad, render, render_all,
                     sphere, sun_frame)
 from sppm import native
-from sppm.scene_desc import LightType, SceneError
+from sppm.scene_desc import LightType
+from sppm.scene_validation import SceneError
 
 RHO = 0.5
 DEEP = 1024  # vertices of a path: as good as endless

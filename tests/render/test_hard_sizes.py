@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from scenes import DOWN, Scene, at, box, diffuse, floor, glass, look_at, render, render_all, sphere
 from sppm import native
-from sppm.scene_desc import LightType, SceneError
+from sppm.scene_desc import LightType
+from sppm.scene_validation import SceneError
 
 
 def room(width=16, height=None):

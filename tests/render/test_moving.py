@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scenes import Scene, at, box, diffuse, floor, glass, look_at, render, sphere, student_limit
 from sppm import native
+from sppm.native_library import SppmError
 from sppm.scene_desc import LightType
 
 
@@ -39,7 +40,7 @@ def test_moved_is_as_built_there():
 
 def test_what_may_not_move_is_refused_by_its_number():
     with native.Scene(room((0, 0, 0), (0, 0, 0.9), (0, -0.9, 0))) as built:
-        with pytest.raises(native.SppmError, match="instance 1 .*movable"):
+        with pytest.raises(SppmError, match="instance 1 .*movable"):
             built.move_instance(1, at(0, 0, 0))
 
 
