@@ -131,7 +131,8 @@ class _Render:
         progress = session.progress()
         hints = advice.after_render(progress, info["has_specular"])
         shares = render_result.light_shares(session, self._settings.passes)
-        for message in hints + [f"{name.lower().rstrip('s')} light is {share:.1%} of the picture" for name, share in shares.items()]:
+        parts = [f"{name.lower().rstrip('s')} light is {share:.1%} of the picture" for name, share in shares.items()]
+        for message in hints + parts:
             print(f"SPPM: {message}", flush=True)
         self._record(statistics.Report(messages + hints, progress, progress.memory_bytes + info["memory_bytes"], shares))
 
@@ -263,8 +264,8 @@ def _print_stamp(progress, info):
     print(f"SPPM: rendered {progress.iteration} iterations, {progress.photons_emitted} photons, {progress.seconds:.3f} s, "
           f"{megabytes:.1f} MB", flush=True)
     rays = progress.rays_camera + progress.rays_shadow + progress.rays_photon
-    print(f"SPPM: camera {progress.seconds_camera:.2f} s, photons {progress.seconds_photons:.2f} s, grid {progress.seconds_grid:.2f} s, "
-          f"gather {progress.seconds_gather:.2f} s; "
+    print(f"SPPM: camera {progress.seconds_camera:.2f} s, photons {progress.seconds_photons:.2f} s, "
+          f"grid {progress.seconds_grid:.2f} s, gather {progress.seconds_gather:.2f} s; "
           f"{rays / max(progress.seconds, 1e-9) / 1e6:.2f} Mrays/s; indirect light by {progress.indirect.lower()}", flush=True)
     if progress.dropped_samples:
         print(f"SPPM: {progress.dropped_samples} samples were not finite and were left out", flush=True)

@@ -131,7 +131,7 @@ class LiveRender:
             self._render_picture(job, 1, is_first=False)
 
     def _settings(self, job, reduction):
-        """Those of the job. Where things have only moved, it is not decided again how indirect light is found: that takes time."""
+        """Those of the job. Where things only moved, it is not decided again how indirect light is found: that takes time."""
         settings = job.settings
         if settings.indirect == "AUTO" and self._decided and same_things(self._decided[0], job.scene):
             settings = replace(settings, indirect=self._decided[1])

@@ -17,7 +17,8 @@ from .scene_desc import SceneDesc
 from .scene_validation import validate
 
 PASS_NAMES = ("Combined", "Depth", "Normal", "Direct", "Indirect", "Caustics", "Radius", "Photons", "Position", "UV",
-              "Object Index", "Material Index", "Mist", "Emission", "Environment", "Diffuse Color", "Denoising Albedo", "Denoising Normal")
+              "Object Index", "Material Index", "Mist", "Emission", "Environment", "Diffuse Color", "Denoising Albedo",
+              "Denoising Normal")
 PIXEL_FILTERS = ("BLACKMAN_HARRIS", "BOX")
 INDIRECT = ("PHOTONS", "PATHS", "AUTO")
 RADIUS_RULES = ("PROGRESSIVE", "DENSITY", "PASS_INDEXED")

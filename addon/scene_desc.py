@@ -168,8 +168,9 @@ class MeshDesc:
 class InstanceDesc:
     """`transform` (3, 4) float64 object to world; `materials` ids, at least the mesh's largest slot + 1; `index` for its pass.
 
-    What is `movable` can be placed elsewhere once the scene is built; its rays take a little longer. `motion` (keys, 3, 4) float64
-    is where it stands while the shutter is open, evenly spaced in time, from its opening to its closing; None if it does not move.
+    What is `movable` can be placed elsewhere once the scene is built; its rays take a little longer. `motion` (keys, 3, 4)
+    float64 is where it stands while the shutter is open, evenly spaced in time, from its opening to its closing; None if it does
+    not move.
     """
 
     name: str

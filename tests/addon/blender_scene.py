@@ -58,7 +58,7 @@ def region_means(pixels, count=4):
 
 
 def save_side_by_side(path, ours, theirs, spread=0.1, zoom=4):
-    """A PNG of two (height, width, 3) pictures and their ratio: red where ours is brighter, blue where theirs, full at `spread`."""
+    """A PNG of two (height, width, 3) pictures and their ratio: red where ours is brighter, else blue, full at `spread`."""
     white = max(np.percentile(theirs, 98), 1e-9)
     tones = [np.clip(picture / white, 0, 1) ** (1 / 2.2) for picture in (ours, theirs)]
     dark = 1e-3 * white

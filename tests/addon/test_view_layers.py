@@ -131,6 +131,6 @@ def test_like_cycles(stage, tmp_path, change):
     theirs = render_with_cycles(tmp_path / "cycles.exr", 256)
     blender_scene.save_side_by_side(tmp_path.parent / f"{change.__name__}.png", ours[..., :3], theirs[..., :3])
     assert is_red(plain).any() and not is_red(ours).any()
-    parts = [blender_scene.region_means(np.concatenate([pixels[..., :3], pixels[..., 3:].repeat(3, 2)], 1).reshape(SIZE, 2 * SIZE, 3), 4)
-             for pixels in (ours, theirs)]
+    beside = [np.concatenate([pixels[..., :3], pixels[..., 3:].repeat(3, 2)], 1) for pixels in (ours, theirs)]
+    parts = [blender_scene.region_means(pixels.reshape(SIZE, 2 * SIZE, 3), 4) for pixels in beside]
     np.testing.assert_allclose(*parts, rtol=0.03, atol=3e-3)

@@ -254,7 +254,8 @@ def test_alpha_of_the_film(transparent):
 
 def test_alpha_at_an_edge_is_what_is_covered():
     """The box filter over the pixels left and right of the edge: one is half covered once the filter is two pixels wide."""
-    picture = render(half_plane(), "Combined", iterations=400, transparent_film=True, pixel_filter="BOX", filter_width=2.0)[..., 3]
+    settings = {"iterations": 400, "transparent_film": True, "pixel_filter": "BOX", "filter_width": 2.0}
+    picture = render(half_plane(), "Combined", **settings)[..., 3]
     # 16 rows of 400 samples of a coin that shows 3/4 or 1/4.
     error = 4 * np.sqrt(0.75 * 0.25 / (16 * 400))
     assert abs(picture[:, 7].mean() - 0.75) < error
@@ -270,7 +271,7 @@ def test_depth_and_normal_of_a_plane():
 
 
 def test_depth_of_a_tilted_plane_is_along_the_axis_and_its_normal_faces_the_camera():
-    """Plane z = x seen from (0, 0, 2): depth 2 - x, and x = u depth gives 2 / (1 + u). Its own normal points away from the camera."""
+    """Plane z = x seen from (0, 0, 2): depth 2 - x, and x = u depth gives 2 / (1 + u). Its normal points away from the camera."""
     shape = quad([(-5, -5, -5), (-5, 5, -5), (5, 5, 5), (5, -5, 5)])
     scene = Scene(0.5).add(shape, diffuse(RHO)).camera(at(0, 0, 2), 0.5, 16)
     depth, normal = render(scene, "Depth", "Normal", **SHARP)
