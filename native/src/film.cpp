@@ -1,5 +1,8 @@
 #include "film.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <numbers>
 #include <numeric>
 
@@ -91,7 +94,8 @@ uint64_t Film::update(const CameraSamples& samples, const PhotonMaps& maps, cons
         if (rules.paths[kind] == 0) continue;
         PhotonEstimate& estimate = pixel.photons[kind];
         Gatherer gatherer(vp, lobe);
-        maps[kind].visit_within(vp.p, static_cast<float>(estimate.radius), [&](const PhotonGroup& group, uint32_t lanes) { gatherer.add(group, lanes); });
+        maps[kind].visit_within(vp.p, static_cast<float>(estimate.radius),
+                                [&](const PhotonGroup& group, uint32_t lanes) { gatherer.add(group, lanes); });
         estimate.update(gatherer.count(), gatherer.phi(), rules.paths[kind], rules.radius, static_cast<double>(pixel.footprint),
                         smallest_radius(vp.p));
         dropped[tile] += gatherer.dropped();
@@ -163,7 +167,8 @@ void Film::read(SppmPass pass, float* out) const {
   for (uint64_t i = 0; i < pixels_.size(); ++i) {
     const Pixel& p = pixels_[i];
     const auto direct = [&] {
-      return Vec3{static_cast<float>(p.direct[0] * scale), static_cast<float>(p.direct[1] * scale), static_cast<float>(p.direct[2] * scale)};
+      return Vec3{static_cast<float>(p.direct[0] * scale), static_cast<float>(p.direct[1] * scale),
+                  static_cast<float>(p.direct[2] * scale)};
     };
     const auto& caustic = p.photons[kCaustic];
     const auto& indirect = p.photons[kIndirect];

@@ -1,6 +1,7 @@
 #include "fuzz_scene.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace {
