@@ -14,7 +14,7 @@ from . import native_abi as abi
 from . import native_structs as structs
 from .native_library import SppmError, library
 from .scene_desc import SceneDesc
-from .scene_validation import validate
+from .scene_validation import validate, validate_place
 
 PASS_NAMES = ("Combined", "Depth", "Normal", "Direct", "Indirect", "Caustics", "Radius", "Photons", "Position", "UV",
               "Object Index", "Material Index", "Mist", "Emission", "Environment", "Diffuse Color", "Denoising Albedo",
@@ -48,7 +48,8 @@ class Scene:
         self.size = _size_of(desc.camera)
 
     def move_instance(self, number, transform):
-        """Places an instance, counted from 1 and added `movable`, elsewhere; `update` makes it so."""
+        """Places an instance, counted from 1 and added `movable`, elsewhere; `update` makes it so. `transform` is (3, 4)."""
+        validate_place(number, transform)
         self._lib.sppm_scene_move_instance(self._handle, number, structs.floats(np.asarray(transform)))
 
     def set_light(self, number, light):

@@ -34,6 +34,15 @@ def validate(scene: SceneDesc) -> None:
         _validate_camera(camera)
 
 
+def validate_place(position: int, transform) -> None:
+    """Refuses what cannot be the place of an instance, counted from 1: other than 12 finite numbers.
+
+    Raises:
+        SceneError: naming the instance.
+    """
+    _require_finite(_label("instance", position), "transform", transform, 12)
+
+
 def _label(kind, position, name=""):
     return f"{kind} {position} '{name}'" if name else f"{kind} {position}"
 
