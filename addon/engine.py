@@ -43,6 +43,7 @@ class SppmRenderEngine(bpy.types.RenderEngine):
     bl_use_eevee_viewport = True
 
     _live = None
+    _told = None
 
     def update_render_passes(self, scene=None, renderlayer=None):
         render_result.register_passes(self, scene, renderlayer)
@@ -50,7 +51,9 @@ class SppmRenderEngine(bpy.types.RenderEngine):
     def render(self, depsgraph):
         # What is raised here Blender would answer with a saved picture and exit code 0; only a reported error stops it.
         try:
-            _Render(self, depsgraph).run()
+            # Blender makes one engine for all view layers of a picture.
+            self._told = self._told or statistics.Told()
+            _Render(self, depsgraph, self._told).run()
         except _EXPECTED as error:
             self.report({"ERROR"}, f"SPPM: {str(error) or type(error).__name__}")
         except Exception as error:  # a bug of ours: the trace is for the report of it
@@ -70,8 +73,8 @@ class SppmRenderEngine(bpy.types.RenderEngine):
 class _Render:
     """The render of one view layer."""
 
-    def __init__(self, engine, depsgraph):
-        self._engine, self._depsgraph = engine, depsgraph
+    def __init__(self, engine, depsgraph, told):
+        self._engine, self._depsgraph, self._told = engine, depsgraph, told
         self._settings = session_settings(depsgraph)
         if engine.is_preview:
             self._settings = replace(self._settings, iterations=min(self._settings.iterations, _PREVIEW_ITERATIONS))
@@ -119,10 +122,12 @@ class _Render:
 
     def _tell(self, warnings, hints):
         """What the engine could not render is a warning, what it advises is only printed; both stay for the panel."""
-        for message in warnings + hints:
+        self._record(statistics.Report(warnings + hints))
+        news = self._told.news(self._depsgraph.view_layer.name, warnings + hints)
+        for message in news:
             print(f"SPPM: {message}")
         sys.stdout.flush()
-        self._record(statistics.Report(warnings + hints))
+        warnings = [message for message in warnings if message in news]
         if warnings:
             more = f" (and {len(warnings) - 1} more, see the console)" if len(warnings) > 1 else ""
             self._engine.report({"WARNING"}, f"SPPM: {warnings[0]}{more}")

@@ -211,13 +211,22 @@ def test_glass(bench):
 
 
 def test_beckmann_warns_only_when_rough(bench):
-    node = bench.surface(bench.node("BsdfGlass", Roughness=0.0))
+    node = bench.surface(bench.node("BsdfGlossy", Roughness=0.0))
     node.distribution = "BECKMANN"
     bench.export()
     assert not bench.warnings
     node.inputs["Roughness"].default_value = 0.2
     MaterialExporter(bench.scene, bench.warnings.append, None).export(bench.material)
-    assert "Beckmann" in bench.warnings[0]
+    assert "Beckmann is rendered as GGX" in bench.warnings[0]
+
+
+@pytest.mark.parametrize("name", ["BsdfGlass", "BsdfRefraction"])
+def test_beckmann_that_nobody_chose_does_not_warn(bench, name):
+    """New nodes of Blender 3.4 have it."""
+    node = bench.surface(bench.node(name, Roughness=0.2))
+    assert V2 or node.distribution == "BECKMANN"
+    node.distribution = "BECKMANN"
+    assert len(bench.export()) == 1 and not bench.warnings
 
 
 def test_refraction(bench):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from cycles_reference import render_with_cycles
 from exr_layers import render_layers
-from sppm import compat
+from sppm import compat, statistics
 
 SIZE = 24
 
@@ -69,6 +69,19 @@ def test_layers_have_their_own_materials_world_and_iterations(stage, tmp_path, c
     assert np.allclose(sky, (0.1, 0.2, 0.3) if hasattr(second, "world_override") else 0.5, rtol=1e-5)
     out = capsys.readouterr().out
     assert "rendered 64 iterations" in out and "rendered 5 iterations" in out
+
+
+def test_what_all_layers_would_tell_is_told_once_a_render(stage, tmp_path, capsys):
+    second_layer(stage)
+    make_scenes.add_lamp("SUN", (1, 0, 4), (0, 0, 0), 2.0)
+    make_scenes.link("Fur", bpy.data.hair_curves.new("Fur"))
+    for _ in range(2):
+        render_layers(tmp_path / "layers.exr")
+        lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("SPPM: ")]
+        assert sum("'Sun': no object is made of glass" in line for line in lines) == 1, lines
+        assert sum("'Fur'" in line for line in lines) == 1, lines
+    told = dict(statistics.reports(stage.name_full, ["ViewLayer", "Second"]))
+    assert len(told) == 2 and all(any("'Sun'" in message for message in report.messages) for report in told.values())
 
 
 @pytest.mark.parametrize("switch", ["use_sky", "use_solid"])
