@@ -125,8 +125,8 @@ def _of_shells(glass):
                         "recalculate its normals (in Edit Mode, Mesh > Normals > Recalculate Outside)")
     if is_open:
         messages.append(f"object {named(is_open)}: its glass is an open shell, so light that enters never comes out of it; "
-                        "close it or give it thickness, unless it is the surface of a liquid (in Edit Mode, Select > Select All by Trait > "
-                        "Non Manifold shows the hole)")
+                        "close it or give it thickness, unless it is the surface of a liquid (in Edit Mode, "
+                        "Select > Select All by Trait > Non Manifold shows the hole)")
     return messages
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 
 def instance_boxes(desc, indices=None):
-    """(instances, 2, 3) float64: lowest and highest corners of instances' boxes, metres, world; of all, or of those at `indices`."""
+    """(instances, 2, 3) float64: lowest and highest corners of boxes, metres, world; of all instances or those at `indices`."""
     instances = desc.instances if indices is None else [desc.instances[index] for index in indices]
     meshes = sorted({item.mesh for item in instances})
     boxes = np.array([_box_corners(desc.meshes[mesh - 1].positions) for mesh in meshes]).reshape(-1, 8, 4)

@@ -158,7 +158,7 @@ def pass_name(name):
 
 
 def denoising_switch(view_layer):
-    """(owner, name) of the switch for the denoising passes: Cycles' own where Cycles is enabled, so that its scenes need no other."""
+    """(owner, name) of the switch for the denoising passes: Cycles' own where it is enabled, so that its scenes need no other."""
     owner = view_layer.cycles if hasattr(view_layer, "cycles") else view_layer.sppm
     return owner, "denoising_store_passes"
 

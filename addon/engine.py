@@ -16,7 +16,8 @@ from . import advice, live_view, native, render_result, statistics
 from .export_camera import CameraError
 from .export_motion import shutter_of
 from .export_scene import export_scene
-from .scene_desc import SceneError
+from .native_library import Cancelled, SppmError
+from .scene_validation import SceneError
 
 _POLL_SECONDS = 0.03
 _PREVIEW_SECONDS = 1.0
@@ -28,7 +29,7 @@ _PATIENCE_SECONDS = 10.0
 _under_way = set()  # every _Render that has not ended
 
 # Failures whose message is all that the user needs.
-_EXPECTED = (native.SppmError, CameraError, SceneError, MemoryError, OSError)
+_EXPECTED = (SppmError, CameraError, SceneError, MemoryError, OSError)
 
 
 class SppmRenderEngine(bpy.types.RenderEngine):
@@ -42,6 +43,7 @@ class SppmRenderEngine(bpy.types.RenderEngine):
     bl_use_eevee_viewport = True
 
     _live = None
+    _told = None
 
     def update_render_passes(self, scene=None, renderlayer=None):
         render_result.register_passes(self, scene, renderlayer)
@@ -49,7 +51,9 @@ class SppmRenderEngine(bpy.types.RenderEngine):
     def render(self, depsgraph):
         # What is raised here Blender would answer with a saved picture and exit code 0; only a reported error stops it.
         try:
-            _Render(self, depsgraph).run()
+            # Blender makes one engine for all view layers of a picture.
+            self._told = self._told or statistics.Told()
+            _Render(self, depsgraph, self._told).run()
         except _EXPECTED as error:
             self.report({"ERROR"}, f"SPPM: {str(error) or type(error).__name__}")
         except Exception as error:  # a bug of ours: the trace is for the report of it
@@ -69,8 +73,8 @@ class SppmRenderEngine(bpy.types.RenderEngine):
 class _Render:
     """The render of one view layer."""
 
-    def __init__(self, engine, depsgraph):
-        self._engine, self._depsgraph = engine, depsgraph
+    def __init__(self, engine, depsgraph, told):
+        self._engine, self._depsgraph, self._told = engine, depsgraph, told
         self._settings = session_settings(depsgraph)
         if engine.is_preview:
             self._settings = replace(self._settings, iterations=min(self._settings.iterations, _PREVIEW_ITERATIONS))
@@ -118,10 +122,12 @@ class _Render:
 
     def _tell(self, warnings, hints):
         """What the engine could not render is a warning, what it advises is only printed; both stay for the panel."""
-        for message in warnings + hints:
+        self._record(statistics.Report(warnings + hints))
+        news = self._told.news(self._depsgraph.view_layer.name, warnings + hints)
+        for message in news:
             print(f"SPPM: {message}")
         sys.stdout.flush()
-        self._record(statistics.Report(warnings + hints))
+        warnings = [message for message in warnings if message in news]
         if warnings:
             more = f" (and {len(warnings) - 1} more, see the console)" if len(warnings) > 1 else ""
             self._engine.report({"WARNING"}, f"SPPM: {warnings[0]}{more}")
@@ -130,7 +136,8 @@ class _Render:
         progress = session.progress()
         hints = advice.after_render(progress, info["has_specular"])
         shares = render_result.light_shares(session, self._settings.passes)
-        for message in hints + [f"{name.lower().rstrip('s')} light is {share:.1%} of the picture" for name, share in shares.items()]:
+        parts = [f"{name.lower().rstrip('s')} light is {share:.1%} of the picture" for name, share in shares.items()]
+        for message in hints + parts:
             print(f"SPPM: {message}", flush=True)
         self._record(statistics.Report(messages + hints, progress, progress.memory_bytes + info["memory_bytes"], shares))
 
@@ -171,7 +178,7 @@ class _Render:
                 self._show_status(session.progress())
             step.result()
             return True
-        except native.Cancelled:
+        except Cancelled:
             return False
         except BaseException:
             # Nothing may run on while the session is being closed.
@@ -262,8 +269,8 @@ def _print_stamp(progress, info):
     print(f"SPPM: rendered {progress.iteration} iterations, {progress.photons_emitted} photons, {progress.seconds:.3f} s, "
           f"{megabytes:.1f} MB", flush=True)
     rays = progress.rays_camera + progress.rays_shadow + progress.rays_photon
-    print(f"SPPM: camera {progress.seconds_camera:.2f} s, photons {progress.seconds_photons:.2f} s, grid {progress.seconds_grid:.2f} s, "
-          f"gather {progress.seconds_gather:.2f} s; "
+    print(f"SPPM: camera {progress.seconds_camera:.2f} s, photons {progress.seconds_photons:.2f} s, "
+          f"grid {progress.seconds_grid:.2f} s, gather {progress.seconds_gather:.2f} s; "
           f"{rays / max(progress.seconds, 1e-9) / 1e6:.2f} Mrays/s; indirect light by {progress.indirect.lower()}", flush=True)
     if progress.dropped_samples:
         print(f"SPPM: {progress.dropped_samples} samples were not finite and were left out", flush=True)

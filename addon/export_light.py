@@ -1,7 +1,8 @@
 """Blender's lamps and world -> LightDesc and WorldDesc, in radiometric units.
 
 The factors are measured with Cycles (docs/blender.md): with power P [W], a point or spot has radiant intensity P / (4 pi), a sun
-the irradiance that its strength times `compat.sun_irradiance` says, an area light the radiance that `compat.area_radiance_per_watt` says.
+the irradiance that its strength times `compat.sun_irradiance` says, an area light the radiance that
+`compat.area_radiance_per_watt` says.
 """
 
 import math

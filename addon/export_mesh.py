@@ -54,7 +54,7 @@ def _usable(positions, indices):
 
 
 def _normals(mesh, positions, indices, corners):
-    """(corners, 3) float32, None for a flat mesh. Beside a bad vertex Blender's are no numbers: the triangle's own takes their place."""
+    """(corners, 3) float32, None for a flat mesh. Beside a bad vertex Blender's are not finite: the triangle's own it is."""
     normals = compat.corner_normals(mesh)
     if normals is None or np.isfinite(normals).all():
         return normals

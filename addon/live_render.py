@@ -13,8 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from . import native
+from .native_library import Cancelled, SppmError
 from .scene_change import KeptScene, same_things
-from .scene_desc import CameraDesc, SceneDesc, SceneError
+from .scene_desc import CameraDesc, SceneDesc
+from .scene_validation import SceneError
 
 _REDUCTIONS = (1, 2, 4, 8)  # pixels of the full picture to a side of a reduced one
 _FIRST_REDUCTION = 4
@@ -105,9 +107,9 @@ class LiveRender:
                     return
             try:
                 self._render(job)
-            except native.Cancelled:
+            except Cancelled:
                 pass
-            except (native.SppmError, SceneError, MemoryError) as error:
+            except (SppmError, SceneError, MemoryError) as error:
                 self.error = str(error) or type(error).__name__
             except Exception as error:  # a bug of ours: the trace is for the report of it
                 traceback.print_exc()
@@ -129,7 +131,7 @@ class LiveRender:
             self._render_picture(job, 1, is_first=False)
 
     def _settings(self, job, reduction):
-        """Those of the job. Where things have only moved, it is not decided again how indirect light is found: that takes time."""
+        """Those of the job. Where things only moved, it is not decided again how indirect light is found: that takes time."""
         settings = job.settings
         if settings.indirect == "AUTO" and self._decided and same_things(self._decided[0], job.scene):
             settings = replace(settings, indirect=self._decided[1])

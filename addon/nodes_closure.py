@@ -7,6 +7,8 @@ from .compat_nodes import default_is_principled, microfacets_are_separable, prin
 from .material_params import ZERO, at_least_zero, gray, is_zero
 from .scene_desc import ClosureDesc, ClosureFlags, ClosureType, Param
 
+_BECKMANN_BY_DEFAULT = ("ShaderNodeBsdfGlass", "ShaderNodeBsdfRefraction")
+
 
 def diffuse(color: Param) -> ClosureDesc:
     return ClosureDesc(ClosureType.DIFFUSE, color=color)
@@ -28,11 +30,15 @@ def microfacet_flags(node) -> ClosureFlags:
 
 
 def roughness_of(walk, node) -> Param:
-    """The Roughness input; the distributions SHARP and, when rough, those that are not GGX are dealt with."""
+    """The Roughness input; the distributions SHARP and, when rough, those that are not GGX are dealt with.
+
+    Beckmann on glass is what nodes of 3.4 have unless somebody chooses another, so nothing is said of it.
+    """
     roughness = walk.scalar(node.inputs["Roughness"])
     if node.distribution == "SHARP":
         return ZERO
-    if "GGX" not in node.distribution and not is_zero(roughness):
+    by_default = node.distribution == "BECKMANN" and node.bl_idname in _BECKMANN_BY_DEFAULT
+    if "GGX" not in node.distribution and not by_default and not is_zero(roughness):
         walk.warn(node, f"distribution {node.distribution.replace('_', ' ').title()} is rendered as GGX")
     return roughness
 

@@ -109,7 +109,8 @@ class SppmSettings(bpy.types.PropertyGroup):
 
 def _pass_switch(name, description):
     """A switch that the compositor's Render Layers node hears of at once."""
-    return BoolProperty(name=name, description=description, update=lambda _self, context: context.view_layer.update_render_passes())
+    return BoolProperty(name=name, description=description,
+                        update=lambda _self, context: context.view_layer.update_render_passes())
 
 
 class SppmViewLayerSettings(bpy.types.PropertyGroup):
@@ -121,8 +122,8 @@ class SppmViewLayerSettings(bpy.types.PropertyGroup):
     use_pass_radius: _pass_switch("Radius", "Search radius of each pixel, in metres")
     use_pass_photons: _pass_switch("Photons", "Photons that each pixel has gathered")
     denoising_store_passes: _pass_switch(
-        "Denoising Data", "Albedo and normal for the Denoise node, seen through mirrors and glass; where Cycles is enabled, its own "
-        "switch of this name counts instead")
+        "Denoising Data", "Albedo and normal for the Denoise node, seen through mirrors and glass; where Cycles is enabled, its "
+        "own switch of this name counts instead")
 
 
 def register():

@@ -51,6 +51,21 @@ def version():
     return _version
 
 
+class Told:
+    """What a render has told in the log, so that several view layers do not say the same."""
+
+    def __init__(self):
+        self._layers = {}
+
+    def news(self, layer_name, messages):
+        """Those that no other layer of this render has told; a layer that comes again begins another render."""
+        if layer_name in self._layers:
+            self._layers.clear()
+        known = set().union(*self._layers.values())
+        self._layers[layer_name] = set(messages)
+        return [message for message in messages if message not in known]
+
+
 def messages(found):
     """Every message of several reports once, with the layer's name where not all layers have it."""
     names = {}

@@ -2,9 +2,9 @@
 
     ./dev bench builds old.so new.so --scenes cornell_glass pool --resolution 512
 
-All builds render the same scene in this process, on one thread, one iteration after the other, so that a busy machine hurts them alike.
-Each line tells the median of an iteration's CPU time, that of its ratio to the first build's in the same turn, and how far the picture
-is from the first build's.
+All builds render the same scene in this process, on one thread, one iteration after the other, so that a busy machine hurts them
+alike. Each line tells the median of an iteration's CPU time, that of its ratio to the first build's in the same turn, and how far
+the picture is from the first build's.
 """
 
 import argparse
@@ -31,7 +31,8 @@ def main():
         for library, own, picture in zip(options.libraries, times, pictures):
             ratio = statistics.median(mine / first for mine, first in zip(own, times[0]))
             apart = np.sqrt(np.mean((picture - pictures[0]) ** 2)) / np.mean(pictures[0])
-            print(f"{name:16} {library.name:24} {1e3 * statistics.median(own):8.1f} ms   ratio {ratio:.3f}   apart {apart:.1e}", flush=True)
+            milliseconds = 1e3 * statistics.median(own)
+            print(f"{name:16} {library.name:24} {milliseconds:8.1f} ms   ratio {ratio:.3f}   apart {apart:.1e}", flush=True)
 
 
 def _run(desc, libraries, turns):
@@ -52,8 +53,10 @@ def _run(desc, libraries, turns):
 
 
 def _options():
-    parser = argparse.ArgumentParser(prog="./dev bench builds", description="CPU time of an iteration in several builds, in turns.")
-    parser.add_argument("libraries", nargs="+", type=Path, metavar="LIBSPPM.SO", help="the first is what the others are compared with")
+    about = "CPU time of an iteration in several builds, in turns."
+    parser = argparse.ArgumentParser(prog="./dev bench builds", description=about)
+    first = "the first is what the others are compared with"
+    parser.add_argument("libraries", nargs="+", type=Path, metavar="LIBSPPM.SO", help=first)
     parser.add_argument("--scenes", nargs="+", default=["cornell_glass", "pool"], metavar="NAME", help="of blend_scenes")
     parser.add_argument("--resolution", type=int, default=512, help="of the square pictures")
     parser.add_argument("--turns", type=int, default=10, help="iterations of each build")

@@ -41,12 +41,12 @@ def regions_of(desc, combined, caustics):
 
 
 def size_of(name):
-    """Pixels along a side for a file of blend_scenes. Knobs and beads of `instances` are too small for 64: hardly a highlight is met."""
+    """Pixels along a side for a file of blend_scenes. Knobs and beads of `instances` are too small for 64."""
     return 128 if name == "instances" else 64
 
 
 def seeds_of(factor):
-    """How many renders an error is the mean of. Rare glints decide it where mirrors are small: short renders need more of them."""
+    """How many renders an error is the mean of. Rare glints decide it where mirrors are small: short renders need more."""
     return min(16, 4 * FACTORS[-1] // factor)
 
 

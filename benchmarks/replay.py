@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 from environment import ROOT
 from sppm import native
+from sppm.native_library import library
 
 _BUILD = ROOT / "build" / "release"
 _LIBRARY = _BUILD / "benchmarks" / "native" / "libsppm_record.so"
@@ -64,7 +65,7 @@ class _Recorded:
 
     def __init__(self, desc, settings):
         self._scene = native.Scene(desc, library_path=_LIBRARY)
-        self._lib = native.library(_LIBRARY)
+        self._lib = library(_LIBRARY)
         self._lib.record_replay.restype = c_uint64
         with native.Session(self._scene, settings) as session:
             for _ in range(_WARM_UP):

@@ -8,7 +8,7 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cstdlib>
+#include <cmath>
 #include <map>
 #include <vector>
 
@@ -239,10 +239,15 @@ void check_embree() {
   RTCDevice device = rtcNewDevice(nullptr);
   if (!device) throw Error(SPPM_UNSUPPORTED, "Embree cannot make a device" + advice);
   const auto found = rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_VERSION_MAJOR);
+  const bool has_masks = rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_RAY_MASK_SUPPORTED) != 0;
+  const bool has_filters = rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_FILTER_FUNCTION_SUPPORTED) != 0;
   rtcReleaseDevice(device);
   if (found != RTC_VERSION_MAJOR)
     throw Error(SPPM_UNSUPPORTED, "built for Embree " + embree_version() + " but the process answers with Embree " +
                                       std::to_string(found) + advice);
+  // Without them rays would meet what they must pass, and nothing would tell.
+  if (!has_masks) throw Error(SPPM_UNSUPPORTED, "this Embree was built without ray masks (EMBREE_RAY_MASK)");
+  if (!has_filters) throw Error(SPPM_UNSUPPORTED, "this Embree was built without filter functions (EMBREE_FILTER_FUNCTION)");
   const float positions[] = {-1, -1, 0, 1, -1, 0, 0, 1, 0, 0, 0, 0};
   const uint32_t indices[] = {0, 1, 2};
   SppmMeshDesc desc{};

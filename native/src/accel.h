@@ -1,6 +1,7 @@
 // Ray tracing. The only part that knows Embree.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>

@@ -1,4 +1,6 @@
 // The C border: checks handles and struct sizes, turns exceptions into statuses.
+#include <exception>
+#include <memory>
 #include <new>
 #include <string>
 

@@ -1,5 +1,8 @@
 #include "bsdf.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "color.h"
 #include "sampling.h"
 

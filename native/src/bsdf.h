@@ -5,7 +5,9 @@
 // the cosine. Pdfs are per solid angle of the sampled direction.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 

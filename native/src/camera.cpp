@@ -1,5 +1,8 @@
 #include "camera.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "sampling.h"
 #include "status.h"
 
@@ -12,7 +15,8 @@ Camera::Camera(const SppmCameraDesc& d) {
   for (const float m : d.transform) require(std::isfinite(m), "camera: transform must be finite");
   for (const float w : d.window) require(std::isfinite(w), "camera: window must be finite");
   require(d.window[1] > d.window[0] && d.window[3] > d.window[2], "camera: window must be left < right, bottom < top");
-  require(std::isfinite(d.clip_near) && d.clip_near >= 0 && d.clip_far > d.clip_near, "camera: clip_near must be at least 0 and below clip_far");
+  require(std::isfinite(d.clip_near) && d.clip_near >= 0 && d.clip_far > d.clip_near,
+          "camera: clip_near must be at least 0 and below clip_far");
   require(std::isfinite(d.aperture_radius) && d.aperture_radius >= 0, "camera: aperture_radius must be finite and at least 0");
   require(d.aperture_radius == 0 || (std::isfinite(d.focal_distance) && d.focal_distance > 0),
           "camera: focal_distance must be above 0 when there is an aperture");

@@ -1,6 +1,8 @@
 // The camera: from a film position to a ray.
 #pragma once
 
+#include <cmath>
+
 #include "ray.h"
 #include "sppm/sppm.h"
 #include "vecmath.h"

@@ -76,8 +76,8 @@ class CameraPath {
   }
 
   bool is_cut_out(const SurfacePoint& s) const { return camera_ray_ && scene_.is_holdout(s); }
-  // What lies behind the picture shows here, with this share.
-  void uncover(Vec3 share) { sample_.alpha = std::max(0.0f, sample_.alpha - luminance(share)); }
+  // What lies behind the picture shows here, with this share; where textures make transparency so, it is negative or not finite.
+  void uncover(Vec3 share) { sample_.alpha = std::min(1.0f, std::max(0.0f, sample_.alpha - luminance(share))); }
 
   Next scatter(const SurfacePoint& s, bool last) {
     const Vec3 wo = -ray_.direction;

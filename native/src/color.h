@@ -1,6 +1,8 @@
 // Linear RGB: luminance and the sRGB curve.
 #pragma once
 
+#include <cmath>
+
 #include "vecmath.h"
 
 namespace sppm {

@@ -1,5 +1,8 @@
 #include "data_passes.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "pass_info.h"
 #include "status.h"
 
@@ -77,7 +80,8 @@ void DataRecorder::see_surface(const SurfacePoint& s, const Bsdf& bsdf, Vec3 tra
     add(SPPM_PASS_NORMAL, face_toward(s.ns, wo));
     if (scene_.has_uv(s)) add(SPPM_PASS_UV, {s.attributes.uv.x, s.attributes.uv.y, 1});
   }
-  if (float* mist = passes_.find(SPPM_PASS_MIST, record_)) *mist += passes_.clearness(scene_.camera.distance(s.p)) * mean(throughput * opacity);
+  if (float* mist = passes_.find(SPPM_PASS_MIST, record_))
+    *mist += passes_.clearness(scene_.camera.distance(s.p)) * mean(throughput * opacity);
   if (passes_.wants(SPPM_PASS_DIFFUSE_COLOR)) {
     Vec3 color;
     for (const Lobe& lobe : bsdf)

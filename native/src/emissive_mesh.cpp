@@ -1,6 +1,8 @@
 #include "emissive_mesh.h"
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include "color.h"
 #include "mesh.h"

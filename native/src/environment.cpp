@@ -1,6 +1,7 @@
 #include "environment.h"
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 #include <string>
 

@@ -1,5 +1,8 @@
 #include "film.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <numbers>
 #include <numeric>
 
@@ -111,14 +114,17 @@ uint64_t Film::update(const CameraSamples& samples, const PhotonMaps& maps, cons
       pixel.alpha += static_cast<double>(sample.alpha);
       std::array<Found, kPhotonKinds> found;
       const auto ask = [&](const VisiblePoint& vp, size_t kind) {
-        if (rules.paths[kind] > 0) found[kind].ask(vp, points.lobes, maps[kind], static_cast<float>(pixel.photons[kind].radius), kind == kCaustic ? vp.caustic_share : 1.0f);
+        if (rules.paths[kind] == 0) return;
+        const float share = kind == kCaustic ? vp.caustic_share : 1;
+        found[kind].ask(vp, points.lobes, maps[kind], static_cast<float>(pixel.photons[kind].radius), share);
       };
       for (size_t kind = 0; kind < kPhotonKinds && sample.point.valid(); ++kind) ask(sample.point, kind);
       for (; glossy != points.glossy.end() && glossy->pixel == i; ++glossy) ask(glossy->point, kCaustic);
       for (size_t kind = 0; kind < kPhotonKinds; ++kind) {
         const Found& f = found[kind];
         if (f.points == 0) continue;
-        pixel.photons[kind].update(f.count, f.phi, f.points * rules.paths[kind], rules.radius, static_cast<double>(pixel.footprint), f.smallest_radius);
+        pixel.photons[kind].update(f.count, f.phi, f.points * rules.paths[kind], rules.radius, static_cast<double>(pixel.footprint),
+                                   f.smallest_radius);
         dropped[tile] += f.dropped;
       }
     });
@@ -188,7 +194,8 @@ void Film::read(SppmPass pass, float* out) const {
   for (uint64_t i = 0; i < pixels_.size(); ++i) {
     const Pixel& p = pixels_[i];
     const auto direct = [&] {
-      return Vec3{static_cast<float>(p.direct[0] * scale), static_cast<float>(p.direct[1] * scale), static_cast<float>(p.direct[2] * scale)};
+      return Vec3{static_cast<float>(p.direct[0] * scale), static_cast<float>(p.direct[1] * scale),
+                  static_cast<float>(p.direct[2] * scale)};
     };
     const auto& caustic = p.photons[kCaustic];
     const auto& indirect = p.photons[kIndirect];

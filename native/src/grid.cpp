@@ -1,5 +1,7 @@
 #include "grid.h"
 
+#include <algorithm>
+
 #include "status.h"
 
 namespace sppm {

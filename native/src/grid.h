@@ -6,10 +6,14 @@
 // is near in memory; the stored tag tells aliases apart.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <bit>
+#include <cmath>
+#include <cstdint>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "large_vector.h"

@@ -6,8 +6,11 @@
 #include <ImfOutputFile.h>
 #include <ImfStringAttribute.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
+#include <exception>
 
 #include "color.h"
 #include "status.h"

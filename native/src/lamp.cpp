@@ -1,6 +1,7 @@
 #include "lamp.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "color.h"

@@ -1,8 +1,11 @@
 #include "light.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numeric>
+#include <string>
+#include <utility>
 
 #include "color.h"
 #include "status.h"

@@ -32,7 +32,8 @@ class Lights {
   // One light a call; returns its index for `triangle_pdf_area`.
   uint32_t add_triangles(std::vector<EmissiveTriangle> triangles);
   void set_triangles(uint32_t light, std::vector<EmissiveTriangle> triangles);  // the same, elsewhere
-  // Builds the distributions, as often as lights or places have changed; `bounds` is that of the geometry, `targets` are what aimed photons are for.
+  // Builds the distributions, as often as lights or places have changed; `bounds` is that of the geometry, `targets`
+  // are what aimed photons are for.
   void commit(const Bounds& bounds, Targets targets);
 
   bool none() const { return by_power_.empty(); }

@@ -1,6 +1,8 @@
 #include "light_tree.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace sppm {
 namespace {

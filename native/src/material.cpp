@@ -1,5 +1,9 @@
 #include "material.h"
 
+#include <array>
+#include <cmath>
+#include <utility>
+
 #include "color.h"
 #include "status.h"
 

@@ -1,5 +1,8 @@
 #include "mesh.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "status.h"
 
 namespace sppm {
@@ -129,8 +132,8 @@ void Mesh::keep_facets_only() {
 }
 
 uint64_t Mesh::memory() const {
-  return facets.size() * sizeof(Facet) + positions.size() * sizeof(Vec3) + (indices.size() + corners.size()) * 12 + normals.size() * 4 + uvs.size() * 8 +
-         colors.size() * 12 + slots.size() * 2;
+  return facets.size() * sizeof(Facet) + positions.size() * sizeof(Vec3) + (indices.size() + corners.size()) * 12 + normals.size() * 4 +
+         uvs.size() * 8 + colors.size() * 12 + slots.size() * 2;
 }
 
 }  // namespace sppm

@@ -1,5 +1,9 @@
 #include "motion.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 #include "sampling.h"
 
 namespace sppm {

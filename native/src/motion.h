@@ -4,6 +4,7 @@
 // part is interpolated by itself, so that what turns does not shrink on its way.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>

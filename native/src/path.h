@@ -1,6 +1,7 @@
 // What camera paths and photon paths do alike at a surface: choose one of its lobes, or to go straight through.
 #pragma once
 
+#include <algorithm>
 #include <array>
 
 #include "color.h"

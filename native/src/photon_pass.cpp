@@ -1,5 +1,7 @@
 #include "photon_pass.h"
 
+#include <algorithm>
+
 #include "path.h"
 #include "sampling.h"
 
@@ -109,7 +111,8 @@ bool run_photon_pass(const Scene& scene, const PathSettings& settings, std::span
   };
   std::vector<Task> tasks;
   for (size_t b = 0; b < batches.size(); ++b)
-    for (uint64_t begin = 0; begin < batches[b].count; begin += kBlock) tasks.push_back({b, begin, std::min(begin + kBlock, batches[b].count)});
+    for (uint64_t begin = 0; begin < batches[b].count; begin += kBlock)
+      tasks.push_back({b, begin, std::min(begin + kBlock, batches[b].count)});
   for (auto& kind : blocks) kind.resize(tasks.size());
   std::vector<RayCounts> task_counts(tasks.size());
   threads.for_each(tasks.size(), [&](uint64_t t) {

@@ -1,6 +1,8 @@
 #include "scene.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 
 namespace sppm {
 namespace {

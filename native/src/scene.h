@@ -1,6 +1,9 @@
 // The scene: everything that is to be lit. Once committed, what is in it stays; only places, lamps and the camera may change.
 #pragma once
 
+#include <array>
+#include <cmath>
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <optional>

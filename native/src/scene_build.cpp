@@ -1,6 +1,11 @@
 // Putting a scene together: the ray tracer, the lights and the targets follow from instances and lamps.
 #include <algorithm>
+#include <cmath>
 #include <iterator>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "scene.h"
 #include "status.h"

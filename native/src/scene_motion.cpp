@@ -1,5 +1,11 @@
 // What may change in a committed scene: places, lamps, the camera, each set from outside or by the time in the shutter.
 #include <algorithm>
+#include <cmath>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "scene.h"
 #include "status.h"

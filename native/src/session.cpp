@@ -1,6 +1,12 @@
 #include "session.h"
 
+#include <algorithm>
+#include <array>
 #include <chrono>
+#include <cmath>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "pass_info.h"
 #include "status.h"
@@ -28,7 +34,8 @@ const SppmSettings& checked(const SppmSettings& s) {
           "settings: initial_radius must be finite and at least 0");
   require(s.max_depth >= 1 && s.max_depth <= 1024, "settings: max_depth must be 1 to 1024");
   require(s.pixel_filter <= SPPM_BOX, "settings: pixel_filter must be an SppmPixelFilter");
-  require(std::isfinite(s.filter_width) && s.filter_width > 0 && s.filter_width <= 100, "settings: filter_width must be above 0 and at most 100");
+  require(std::isfinite(s.filter_width) && s.filter_width > 0 && s.filter_width <= 100,
+          "settings: filter_width must be above 0 and at most 100");
   require(s.gamma > 0 && s.gamma < 1, "settings: gamma must be between 0 and 1");
   require(std::isfinite(s.time_limit) && s.time_limit >= 0, "settings: time_limit must be finite and at least 0");
   require(s.threads <= 4096, "settings: threads must be at most 4096");

@@ -1,11 +1,15 @@
 // A render: settings, the state of every pixel, and the iteration that improves it.
 #pragma once
 
+#include <array>
 #include <atomic>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "film.h"
 #include "scene.h"

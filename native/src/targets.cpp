@@ -1,5 +1,8 @@
 #include "targets.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "sampling.h"
 
 namespace sppm {

@@ -1,5 +1,8 @@
 #include "texture.h"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <map>
 #include <set>
 

@@ -24,6 +24,47 @@ def add_ball_on_floor():
     return ball
 
 
+def cube(name="Cube", material=None, smooth=False, collection=None):
+    """A cube from -0.5 to 0.5."""
+    made = make_scenes.add_box(name, (0, 0, 0), 1.0, material, collection=collection)
+    made.data.polygons.foreach_set("use_smooth", [smooth] * 6)
+    return made
+
+
+def new_collection(name, is_linked=True):
+    made = bpy.data.collections.new(name)
+    if is_linked:
+        bpy.context.scene.collection.children.link(made)
+    return made
+
+
+def add_curve():
+    curve = bpy.data.curves.new("Curve", "CURVE")
+    curve.dimensions, curve.bevel_depth = "3D", 0.1
+    spline = curve.splines.new("POLY")
+    spline.points.add(1)
+    spline.points[1].co = (1, 0, 0, 1)
+    return make_scenes.link("Curve", curve)
+
+
+def add_text():
+    text = bpy.data.curves.new("Text", "FONT")
+    text.body = "SPPM"
+    return make_scenes.link("Text", text)
+
+
+def add_surface():
+    bpy.ops.surface.primitive_nurbs_surface_sphere_add()
+    return bpy.context.object
+
+
+def make_dupli_verts(show_instancer):
+    """A cube, 'Child', on each vertex of the floor, which is rendered itself only where `show_instancer` says so."""
+    parent = make_scenes.add_floor(4.0, None)
+    cube("Child").parent = parent
+    parent.instance_type, parent.show_instancer_for_render = "VERTS", show_instancer
+
+
 def render(path):
     """Renders as F12 does, to an OpenEXR file; (height, width, 4) float32, rows from bottom to top, linear."""
     settings = bpy.context.scene.render
@@ -58,7 +99,7 @@ def region_means(pixels, count=4):
 
 
 def save_side_by_side(path, ours, theirs, spread=0.1, zoom=4):
-    """A PNG of two (height, width, 3) pictures and their ratio: red where ours is brighter, blue where theirs, full at `spread`."""
+    """A PNG of two (height, width, 3) pictures and their ratio: red where ours is brighter, else blue, full at `spread`."""
     white = max(np.percentile(theirs, 98), 1e-9)
     tones = [np.clip(picture / white, 0, 1) ** (1 / 2.2) for picture in (ours, theirs)]
     dark = 1e-3 * white

@@ -1,8 +1,8 @@
 """Whether two renderers agree, block of pixels by block, within their noise.
 
 Each renders the picture with several seeds; the spread over the seeds says how sure the mean of a block is. Under the hypothesis
-that both have the same expectation, Welch's t of a block follows Student's distribution, so each block and colour has a p-value, and
-by Bonferroni's bound the chance that any of them falls below rate / count is at most the rate.
+that both have the same expectation, Welch's t of a block follows Student's distribution, so each block and colour has a p-value,
+and by Bonferroni's bound the chance that any of them falls below rate / count is at most the rate.
 """
 
 from dataclasses import dataclass

@@ -34,5 +34,37 @@ def empty_scene():
     return blender_scene.start(32, 32)
 
 
+@pytest.fixture
+def export(empty_scene, monkeypatch):
+    """A function that exports the scene as a render would: (SceneDesc, warnings). Errors arrive as an operator's RuntimeError.
+
+    Every export runs inside a render, where Blender evaluates for rendering: only there hide_render, render levels of modifiers
+    and the instancers' flags count.
+    """
+    import make_scenes
+    from sppm import engine, export_scene, scene_validation
+
+    make_scenes.add_camera((0, -5, 3), (0, 0, 0))
+    exported = []
+    monkeypatch.setattr(engine._Render, "run", lambda self: exported.append(export_scene.export_scene(self._depsgraph)))
+
+    def run():
+        exported.clear()
+        bpy.ops.render.render()
+        desc, warnings = exported[0]
+        scene_validation.validate(desc)
+        return desc, warnings
+
+    return run
+
+
+@pytest.fixture
+def bench():
+    """A new material, and the exporter of it."""
+    from material_bench import Bench
+
+    return Bench()
+
+
 def pytest_report_header():
     return f"Blender {bpy.app.version_string}" if "bpy" in globals() else "no Blender"

@@ -22,8 +22,8 @@ GREY = (0.5, 0.45, 0.4)
 def stage():
     """A grey floor with two boxes on it, seen from above the front; no light."""
     scene = blender_scene.start(SIZE, SIZE, iterations=2 * SAMPLES)
-    # Light near an edge is blurred over the search radius, 3 pixels at first: of pictures this small, 1 to 2 % of the corner under a box.
-    # With a third of it that bias is below 0.5 %, and with this many photons the noise of a part as well.
+    # Light near an edge is blurred over the search radius, 3 pixels at first: of pictures this small, 1 to 2 % of the corner
+    # under a box. With a third of it that bias is below 0.5 %, and with this many photons the noise of a part as well.
     scene.sppm.initial_radius = 0.02
     scene.sppm.photons_per_iteration = 2 * SIZE * SIZE
     floor = make_scenes.diffuse("Floor", GREY)
@@ -149,7 +149,7 @@ def test_camera(stage, change, tmp_path):
 
 
 def test_edges_line_up(stage, tmp_path):
-    """The sum along a row of a picture of a glowing tilted square is where its edges are, in pixels: within a tenth of Cycles'."""
+    """The sum along a row of a picture of a glowing tilted square tells where its edges are: within a tenth of Cycles'."""
     scene = blender_scene.start(SIZE, SIZE, iterations=SAMPLES)
     glow = make_scenes.node_material("Glow", "ShaderNodeEmission", {"Color": (1.0, 1.0, 1.0), "Strength": 1.0})
     make_scenes.add_box("Square", (0.1, 0.0, 0.0), (1.0, 0.9, 0.01), glow, turn=12)

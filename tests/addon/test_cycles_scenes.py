@@ -1,14 +1,15 @@
-"""Every scene of blend_scenes against Cycles of the same Blender, block of pixels by block; the statistics are block_comparison's.
+"""Every scene of blend_scenes against Cycles of the same Blender, block by block; the statistics are block_comparison's.
 
 Cycles without caustics leaves out every path on which a glossy surface comes after a diffuse one, seen from the camera: not only
-L S+ D, but also light that was a caustic, or was mirrored between two diffuse surfaces, before it bounced to where it is seen. No sum
-of our passes is the same set of paths, and no path tracer finds caustics of lamps as small as these. So each scene is compared thrice,
-and each comparison has the same set of paths on both sides:
+L S+ D, but also light that was a caustic, or was mirrored between two diffuse surfaces, before it bounced to where it is seen. No
+sum of our passes is the same set of paths, and no path tracer finds caustics of lamps as small as these. So each scene is
+compared thrice, and each comparison has the same set of paths on both sides:
 
 - **Direct light**, the scene as it is: E S* L and E S* D L, which is our Direct pass and Cycles with no diffuse bounce and no
-  caustics. Nothing here is gathered within a radius, so units, camera, lamps, sky and all that is seen in mirrors and through glass
-  are compared without bias. One thing is changed: plastics lose their gloss. Cycles counts a path as glossy when it sampled a glossy
-  closure, but weighs it by all closures of the surface, so the diffuse part of a plastic would leak through its limit of bounces.
+  caustics. Nothing here is gathered within a radius, so units, camera, lamps, sky and all that is seen in mirrors and through
+  glass are compared without bias. One thing is changed: plastics lose their gloss. Cycles counts a path as glossy when it sampled
+  a glossy closure, but weighs it by all closures of the surface, so the diffuse part of a plastic would leak through its limit of
+  bounces.
 - **Without mirrors and glass**: all light, with every specular material made matt (the pool: without its water): E D+ L.
 - **All light under wide lamps**: all materials as they are, caustics on both sides; the lamps are made so wide that Cycles meets
   them by chance often enough for its noise to be known.
@@ -31,8 +32,8 @@ ALLOWANCE = 0.002
 # The median standard error of a block that still tests something.
 PRECISION = 0.015
 
-# How our light is estimated where all light is compared. Photons are gathered within a quarter of a pixel's width: what a kernel loses
-# at an edge then stays below the noise of a block.
+# How our light is estimated where all light is compared. Photons are gathered within a quarter of a pixel's width: what a kernel
+# loses at an edge then stays below the noise of a block.
 PHOTONS_PER_ITERATION = 32768
 RADIUS_IN_PIXELS = 0.25
 SETTINGS = {"indirect": "PATHS"}  # of the engine: other indirect light without any kernel

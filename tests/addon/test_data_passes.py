@@ -15,7 +15,8 @@ SKY = (0.2, 0.4, 0.6)
 MIDDLE = (slice(2, 8), slice(1, 4))  # pixels of a patch that show nothing else
 GAP = slice(59, 60)  # the last column: sky
 SWITCHES = ("z", "mist", "position", "normal", "uv", "object_index", "material_index", "diffuse_color", "emit", "environment")
-PASSES = ("Depth", "Mist", "Position", "Normal", "UV", "Object Index", "Material Index", "Diffuse Color", "Emission", "Environment",
+PASSES = ("Depth", "Mist", "Position", "Normal", "UV", "Object Index", "Material Index", "Diffuse Color", "Emission",
+          "Environment",
           "Denoising Albedo", "Denoising Normal")
 
 
@@ -139,8 +140,8 @@ def test_what_the_middle_of_a_pixel_shows_is_that_of_cycles(patches, tmp_path):
 def test_averages_are_those_of_cycles(patches, tmp_path):
     """Over the middle of each patch: 18 pixels of 64 paths.
 
-    Tolerances: where one may see through, chance decides at each path, in a stratified way; elsewhere it only moves places within a
-    pixel, and Cycles takes what rough lobes reflect from tables where our passes take a smooth surface's.
+    Tolerances: where one may see through, chance decides at each path, in a stratified way; elsewhere it only moves places within
+    a pixel, and Cycles takes what rough lobes reflect from tables where our passes take a smooth surface's.
     """
     ours, theirs = both(tmp_path)
     save_pictures(ours, theirs)
@@ -154,7 +155,7 @@ def test_averages_are_those_of_cycles(patches, tmp_path):
 
 
 def test_features_are_of_what_a_path_waits_at(patches, tmp_path):
-    """Where a path is scattered by a surface that counts as clear, Cycles leaves the features out or takes them from elsewhere."""
+    """Where a path is scattered by a surface that counts as clear, Cycles leaves features out or takes them from elsewhere."""
     normal = patch(render_passes(tmp_path / "sppm.exr")["Denoising Normal"], "nearly clear")
     assert np.linalg.norm(normal, axis=-1).min() > 0.95
 

@@ -56,7 +56,7 @@ def denoise(scene, with_features):
 
 
 def error(pixels, reference):
-    """Mean of what is seen on the floor and in the mirror ball, the picture's right half: glints in glass need more paths than this."""
+    """Mean of what is seen on the floor and in the mirror ball, in the right half: glints in glass need more paths than this."""
     difference = np.clip(pixels, 0, 1) - np.clip(reference, 0, 1)
     return float(np.abs(difference[:, SIZE // 2:, :3]).mean())
 

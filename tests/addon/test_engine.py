@@ -12,7 +12,7 @@ import make_scenes
 import numpy as np
 import pytest
 from exr_layers import render_layers
-from sppm import engine, native, render_result
+from sppm import engine, native, native_library, render_result
 
 SIZE = 32
 
@@ -251,7 +251,7 @@ def test_cancelled_picture_is_that_of_the_last_iteration(room, tmp_path, monkeyp
             return step(session)
         for _ in range(200):
             if cancelled:
-                raise native.Cancelled("cancelled", native.STATUS_CANCELLED)
+                raise native_library.Cancelled("cancelled", native_library.STATUS_CANCELLED)
             time.sleep(0.01)
         raise AssertionError("nobody cancelled the step")
 
@@ -259,8 +259,8 @@ def test_cancelled_picture_is_that_of_the_last_iteration(room, tmp_path, monkeyp
     monkeypatch.setattr(native.Session, "cancel", lambda session: cancelled.append(1))
     last = 3 if is_within_step else 2
     make_render = engine._Render
-    monkeypatch.setattr(engine, "_Render", lambda engine, depsgraph: make_render(
-        Interrupted(engine, lambda: len(started) >= last), depsgraph))
+    monkeypatch.setattr(engine, "_Render", lambda engine, *others: make_render(
+        Interrupted(engine, lambda: len(started) >= last), *others))
     assert np.array_equal(blender_scene.render(tmp_path / "cancelled.exr"), expected)
     assert len(started) == last
 

@@ -63,10 +63,10 @@ def test_no_camera_is_an_error(lit_floor, tmp_path):
 
 def test_failure_inside_the_engine_is_an_error(lit_floor, tmp_path, monkeypatch):
     """Whatever goes wrong while rendering reaches the user, and no picture is written."""
-    from sppm import native
+    from sppm import native, native_library
 
     def fail(*_args, **_kwargs):
-        raise native.SppmError("out of luck")
+        raise native_library.SppmError("out of luck")
 
     monkeypatch.setattr(native.Session, "step", fail)
     with pytest.raises(RuntimeError, match="out of luck"):

@@ -13,7 +13,8 @@ from sppm.export_motion import Shutter
 from sppm.export_scene import export_scene
 
 FRAME = 5  # of the picture
-# Noise apart, a block may differ by what Cycles 3.4 loses where rays hit the shared edge of two triangles (test_cycles_scenes.py).
+# Noise apart, a block may differ by what Cycles 3.4 loses where rays hit the shared edge of two triangles
+# (test_cycles_scenes.py).
 ALLOWANCE = 0.002
 PRECISION = 0.02
 POSITIONS = {"START": (0.0, 1.0), "CENTER": (-0.5, 0.5), "END": (-1.0, 0.0)}  # where the shutter opens and closes, in shutters

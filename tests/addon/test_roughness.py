@@ -3,10 +3,10 @@
 A ball, or a tilted plate, of a Principled material above a diffuse floor, before a red wall, under a sky and a lamp that is wide
 enough for Cycles to meet it by chance: the material is seen by the camera, mirrors what is around it, and throws a caustic.
 
-Glass has the sky alone, and Cycles may not sample it as a light. Where Cycles 3.4 to 4.5 connects a point of rough glass to a light,
-it also counts pairs of directions that no microfacet refracts into each other: a ball of roughness 1 under a square lamp is 2.0 times
-(4.5, multiple scattering), 2.5 times (4.5, GGX) or 1.2 times (3.4, GGX) as bright as the same ball by Cycles itself when only its
-paths find the lamp. Ours is within a few percent, its noise, of the latter.
+Glass has the sky alone, and Cycles may not sample it as a light. Where Cycles 3.4 to 4.5 connects a point of rough glass to a
+light, it also counts pairs of directions that no microfacet refracts into each other: a ball of roughness 1 under a square lamp
+is 2.0 times (4.5, multiple scattering), 2.5 times (4.5, GGX) or 1.2 times (3.4, GGX) as bright as the same ball by Cycles itself
+when only its paths find the lamp. Ours is within a few percent, its noise, of the latter.
 """
 
 import itertools
@@ -82,7 +82,7 @@ STEPS = [pytest.param(kind, place, marks=() if (kind, place) == ("metal", PLACES
 
 @pytest.mark.parametrize("kind, roughness", STEPS)
 def test_a_small_step_changes_little(kind, roughness, tmp_path):
-    """No block changes by more than noise and a percent, nor the picture by 0.2 %; with the same random numbers most noise cancels."""
+    """No block changes by more than noise and a percent, the picture by 0.2 %; with equal random numbers most noise cancels."""
     before, after = (our_pictures_of("ball", kind, r, tmp_path) for r in (roughness, roughness + STEP))
     found = compare(after, before, allowance=0.01)
     print(f"step-{kind}-{roughness}: {found}")

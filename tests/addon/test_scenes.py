@@ -42,12 +42,12 @@ def test_renders(file, tmp_path):
 def assert_as_on_other_versions(name, means):
     """Compares with what other versions of Blender with the same library left in build/test/scenes.
 
-    Random numbers are the same in every version, so only rounding differs, and what rounding sends another way: a part of 8x8 pixels may
-    differ by 5 %, the picture by 1 %.
+    Random numbers are the same in every version, so only rounding differs, and what rounding sends another way: a part of 8x8
+    pixels may differ by 5 %, the picture by 1 %.
     """
-    from sppm import native
+    from sppm import native_library
 
-    folder = SEEN / hashlib.sha256(native.LIBRARY_PATH.read_bytes()).hexdigest()[:16]
+    folder = SEEN / hashlib.sha256(native_library.LIBRARY_PATH.read_bytes()).hexdigest()[:16]
     folder.mkdir(parents=True, exist_ok=True)
     version = bpy.app.version_string.replace(" ", "-")
     np.save(folder / f"{name}-{version}.npy", means)

@@ -132,8 +132,8 @@ COARSE = (coarse_diffuse_ball, *(pytest.param(make, marks=pytest.mark.slow) for 
 
 @pytest.mark.parametrize("make", COARSE, ids=lambda make: make.__name__)
 def test_smooth_shading_of_a_coarse_ball(make, stage, tmp_path):
-    """Twelve by six faces with the normals of a sphere: what the camera sees of the ball, and the light that photons carry from it to
-    the floor and the wall, are what Cycles finds from the camera's end.
+    """Twelve by six faces with the normals of a sphere: what the camera sees of the ball, and the light that photons carry from
+    it to the floor and the wall, are what Cycles finds from the camera's end.
     """
     wide_lamp()
     make_scenes.add_sphere("Ball", (0, 0.3, 0.5), 0.45, make(), segments=12, rings=6)

@@ -68,10 +68,10 @@ def test_warnings_of_the_exporter_are_kept(ball, tmp_path):
 
 
 def test_messages_survive_a_render_that_fails(ball, tmp_path, monkeypatch):
-    from sppm import native
+    from sppm import native, native_library
 
     def fail(*_):
-        raise native.SppmError("out of luck")
+        raise native_library.SppmError("out of luck")
 
     bpy.data.objects["Ball"].data.flip_normals()
     monkeypatch.setattr(native.Session, "step", fail)

@@ -94,7 +94,8 @@ def test_every_panel_draws(rendered):
     """With a lamp, or a material and its object, or neither."""
     lamp = bpy.data.objects["Point"]
     seen = {}
-    for more in ({}, {"light": lamp.data, "object": lamp}, {"material": bpy.data.materials["Glass"], "object": bpy.data.objects["Ball"]}):
+    ball = {"material": bpy.data.materials["Glass"], "object": bpy.data.objects["Ball"]}
+    for more in ({}, {"light": lamp.data, "object": lamp}, ball):
         for panel in PANELS:
             drawn = draw(panel, **more)
             if drawn is not None:

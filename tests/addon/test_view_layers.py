@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from cycles_reference import render_with_cycles
 from exr_layers import render_layers
-from sppm import compat
+from sppm import compat, statistics
 
 SIZE = 24
 
@@ -71,6 +71,19 @@ def test_layers_have_their_own_materials_world_and_iterations(stage, tmp_path, c
     assert "rendered 64 iterations" in out and "rendered 5 iterations" in out
 
 
+def test_what_all_layers_would_tell_is_told_once_a_render(stage, tmp_path, capsys):
+    second_layer(stage)
+    make_scenes.add_lamp("SUN", (1, 0, 4), (0, 0, 0), 2.0)
+    make_scenes.link("Fur", bpy.data.hair_curves.new("Fur"))
+    for _ in range(2):
+        render_layers(tmp_path / "layers.exr")
+        lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("SPPM: ")]
+        assert sum("'Sun': no object is made of glass" in line for line in lines) == 1, lines
+        assert sum("'Fur'" in line for line in lines) == 1, lines
+    told = dict(statistics.reports(stage.name_full, ["ViewLayer", "Second"]))
+    assert len(told) == 2 and all(any("'Sun'" in message for message in report.messages) for report in told.values())
+
+
 @pytest.mark.parametrize("switch", ["use_sky", "use_solid"])
 def test_a_layer_without_sky_or_surfaces(stage, tmp_path, switch):
     make_scenes.add_lamp("SUN", (1, 0, 4), (0, 0, 0), 2.0)
@@ -131,6 +144,6 @@ def test_like_cycles(stage, tmp_path, change):
     theirs = render_with_cycles(tmp_path / "cycles.exr", 256)
     blender_scene.save_side_by_side(tmp_path.parent / f"{change.__name__}.png", ours[..., :3], theirs[..., :3])
     assert is_red(plain).any() and not is_red(ours).any()
-    parts = [blender_scene.region_means(np.concatenate([pixels[..., :3], pixels[..., 3:].repeat(3, 2)], 1).reshape(SIZE, 2 * SIZE, 3), 4)
-             for pixels in (ours, theirs)]
+    beside = [np.concatenate([pixels[..., :3], pixels[..., 3:].repeat(3, 2)], 1) for pixels in (ours, theirs)]
+    parts = [blender_scene.region_means(pixels.reshape(SIZE, 2 * SIZE, 3), 4) for pixels in beside]
     np.testing.assert_allclose(*parts, rtol=0.03, atol=3e-3)

@@ -292,7 +292,8 @@ TEST_CASE("passes are read with the exact count, and only those asked for") {
   std::vector<float> out(3 * 2 * 4, 1);
   CHECK(sppm_session_read_pass(session, SPPM_PASS_COMBINED, out.data(), out.size()) == SPPM_OK);
   for (float x : out) CHECK(x == 0);  // before the first iteration
-  refused(sppm_session_read_pass(session, SPPM_PASS_COMBINED, out.data(), 7), SPPM_INVALID_ARGUMENT, "sppm_session_read_pass", "count is 7, must be 24");
+  refused(sppm_session_read_pass(session, SPPM_PASS_COMBINED, out.data(), 7), SPPM_INVALID_ARGUMENT, "sppm_session_read_pass",
+          "count is 7, must be 24");
   refused(sppm_session_read_pass(session, SPPM_PASS_NORMAL, out.data(), 18), SPPM_INVALID_ARGUMENT, "sppm_session_read_pass", "Normal");
   refused(sppm_session_read_pass(session, 99, out.data(), 18), SPPM_INVALID_ARGUMENT, "sppm_session_read_pass", "pass");
   refused(sppm_session_read_pass(session, 0, nullptr, 24), SPPM_INVALID_ARGUMENT, "sppm_session_read_pass", "out");

@@ -2,8 +2,11 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <functional>
+#include <limits>
 #include <random>
+#include <vector>
 
 #include "chi_square.h"
 #include "status.h"

@@ -1,6 +1,7 @@
 // Whether samples follow the density that they should have: Pearson's test, and cells of directions and positions to count them in.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>

@@ -1,4 +1,8 @@
 // The pixel filters: which share of a pixel's samples falls how far from its middle.
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
 #include <doctest/doctest.h>
 
 #include "chi_square.h"
@@ -88,7 +92,8 @@ TEST_CASE("a pixel sees as much of what is beside its middle as its filter says"
     SppmPixelFilter filter;
     double setting, width;  // `width`: from end to end
   };
-  for (const Case& c : {Case{SPPM_BLACKMAN_HARRIS, 1.5, 3}, Case{SPPM_BLACKMAN_HARRIS, 0.5, 1}, Case{SPPM_BOX, 1, 1}, Case{SPPM_BOX, 3, 3}}) {
+  for (const Case& c : {Case{SPPM_BLACKMAN_HARRIS, 1.5, 3}, Case{SPPM_BLACKMAN_HARRIS, 0.5, 1}, Case{SPPM_BOX, 1, 1},
+                        Case{SPPM_BOX, 3, 3}}) {
     CAPTURE(c.filter);
     CAPTURE(c.setting);
     SppmSettings settings{};
@@ -103,7 +108,8 @@ TEST_CASE("a pixel sees as much of what is beside its middle as its filter says"
     double farthest = 0;
     for (uint64_t x = 0; x < kStripes * kPeriod; ++x) {
       const double from = stripe_begin(x / kPeriod) - static_cast<double>(x) - 0.5, count = n * static_cast<double>(seen[3 * x]);
-      const double expected = n * share(c.filter == SPPM_BOX ? box_integral : blackman_harris_integral, c.width, from, from + static_cast<double>(kStripe));
+      const auto integral = c.filter == SPPM_BOX ? box_integral : blackman_harris_integral;
+      const double expected = n * share(integral, c.width, from, from + static_cast<double>(kStripe));
       test.add(expected, count);
       farthest = std::max(farthest, std::abs(count - expected));
     }

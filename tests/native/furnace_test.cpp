@@ -1,7 +1,10 @@
 // The white furnace: where light of radiance 1 comes from everywhere, a surface that absorbs nothing sends radiance 1 everywhere.
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <string>
+#include <vector>
 
 #include "material.h"
 #include "sampling.h"
@@ -86,8 +89,10 @@ TEST_CASE("rough materials that preserve energy give back all, as exactly as the
 TEST_CASE("rough materials that follow the microfacet model alone never gain light") {
   for (const float roughness : {0.1f, 0.25f, 0.5f, 0.75f, 1.0f}) {
     CAPTURE(roughness);
-    const Range metal = range({closure(SPPM_CONDUCTOR, roughness, 0)}, false), glass = range({closure(SPPM_DIELECTRIC, roughness, 0)}, true);
-    MESSAGE("roughness " << roughness << ": metal " << metal.least << " to " << metal.most << ", glass " << glass.least << " to " << glass.most);
+    const Range metal = range({closure(SPPM_CONDUCTOR, roughness, 0)}, false),
+                glass = range({closure(SPPM_DIELECTRIC, roughness, 0)}, true);
+    MESSAGE("roughness " << roughness << ": metal " << metal.least << " to " << metal.most << ", glass " << glass.least << " to "
+                         << glass.most);
     CHECK(metal.most < 1.002);
     CHECK(glass.most < 1.002);
   }

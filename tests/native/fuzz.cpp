@@ -6,10 +6,14 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
+#include <random>
 #include <string>
+#include <vector>
 
 #include "fuzz_scene.h"
 
@@ -59,6 +63,13 @@ std::string check_passes(const SppmSession* session, uint64_t pixels) {
   return "";
 }
 
+// "" if a step that is cancelled says so; one of a scrambled scene may be refused before.
+std::string check_cancel(FuzzScene& scene, SppmSession* session) {
+  if (sppm_session_cancel(session) != SPPM_OK) return sppm_last_message();
+  const SppmStatus status = sppm_session_step(session);
+  return status != SPPM_CANCELLED && scene.accept(status) ? "a cancelled step was not" : "";
+}
+
 struct Tally {
   uint64_t rendered = 0, dropped = 0;
 };
@@ -75,9 +86,9 @@ std::string run_case(uint64_t seed, Tally& tally) {
     scene.accept(sppm_session_step(session));
     if (chance.one_in(3)) scene.move();
   }
-  if (chance.one_in(4) && (sppm_session_cancel(session) != SPPM_OK || sppm_session_step(session) != SPPM_CANCELLED))
-    return "a cancelled step was not";
-  std::string problem = scene.problem().empty() ? check_passes(session, scene.pixels()) : scene.problem();
+  std::string problem = chance.one_in(4) ? check_cancel(scene, session) : "";
+  if (problem.empty()) problem = scene.problem();
+  if (problem.empty()) problem = check_passes(session, scene.pixels());
   SppmProgress progress{};
   progress.struct_size = sizeof progress;
   if (sppm_session_progress(session, &progress) != SPPM_OK) problem = sppm_last_message();

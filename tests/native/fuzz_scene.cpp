@@ -1,6 +1,7 @@
 #include "fuzz_scene.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace {
@@ -62,6 +63,17 @@ void FuzzScene::transform(float (&m)[12], bool rigid) {
     for (int row = 0; row < 3; ++row) m[4 * row + column] = axes[column][row] * s;
   }
   for (int row = 0; row < 3; ++row) m[4 * row + 3] = at[row];
+}
+
+std::vector<float> FuzzScene::motion(bool rigid) {
+  std::vector<float> places;
+  for (uint32_t keys = chance_.one_in(3) ? chance_.below(4) : 0; keys > 0; --keys) {
+    float m[12];
+    transform(m, rigid);
+    places.insert(places.end(), m, m + 12);
+  }
+  if (scramble()) chance_.scramble_element(places);
+  return places;
 }
 
 void FuzzScene::color(float (&c)[3], float most) {
@@ -175,14 +187,8 @@ void FuzzScene::add_instance() {
                                       &SppmInstanceDesc::motion_count, &SppmInstanceDesc::motion);
   if (scramble()) chance_.scramble_element(materials);
   d.movable = chance_.below(2);
-  std::vector<float> motion(12 * static_cast<size_t>(chance_.one_in(3) ? chance_.below(4) : 0));
-  for (size_t key = 0; key < motion.size(); key += 12) {
-    float m[12];
-    transform(m, false);
-    std::copy(m, m + 12, motion.begin() + static_cast<std::ptrdiff_t>(key));
-  }
-  if (scramble() && !motion.empty()) chance_.scramble_element(motion);
-  d.motion_count = static_cast<uint32_t>(motion.size() / 12), d.motion = motion.data();
+  const std::vector<float> places = motion(false);
+  d.motion_count = static_cast<uint32_t>(places.size() / 12), d.motion = places.data();
   uint32_t id = 0;
   if (accept(sppm_scene_add_instance(scene_, &d, &id)) && d.movable) movable_.push_back(id);
 }
@@ -206,6 +212,8 @@ void FuzzScene::add_light() {
   d.angle = chance_.any_of({1e-3f, 0.01f, 0.5f, 3.1f}), d.blend = chance_.from_to(0, 1);
   d.size_x = chance_.one_in(5) ? 0 : length(), d.size_y = length();
   if (scramble()) chance_.scramble(d, &SppmLightDesc::name, &SppmLightDesc::motion_count, &SppmLightDesc::motion);
+  const std::vector<float> places = motion(true);
+  d.motion_count = static_cast<uint32_t>(places.size() / 12), d.motion = places.data();
   uint32_t id = 0;
   accept(sppm_scene_add_light(scene_, &d, &id));
 }
@@ -233,6 +241,20 @@ void FuzzScene::set_camera() {
   if (scramble()) chance_.scramble(d, &SppmCameraDesc::width, &SppmCameraDesc::height);
   if (!accept(sppm_scene_set_camera(scene_, &d))) return;
   pixels_ = d.region_width == 0 ? d.width * d.height : d.region_width * d.region_height;
+  if (chance_.one_in(3)) set_camera_motion(d);
+}
+
+// Keys that turn, zoom and focus; they are alike in what a picture cannot change on its way.
+void FuzzScene::set_camera_motion(const SppmCameraDesc& camera) {
+  std::vector<SppmCameraDesc> keys(1 + chance_.below(3), camera);
+  for (SppmCameraDesc& key : keys) {
+    transform(key.transform, true);
+    const float zoom = chance_.magnitude(-1, 1);
+    for (float& edge : key.window) edge *= zoom;
+    if (chance_.one_in(2)) key.aperture_radius = length(), key.focal_distance = length();
+    if (scramble()) chance_.scramble(key, &SppmCameraDesc::width, &SppmCameraDesc::height);
+  }
+  accept(sppm_scene_set_camera_motion(scene_, keys.data(), static_cast<uint32_t>(keys.size())));
 }
 
 SppmSettings FuzzScene::settings() {

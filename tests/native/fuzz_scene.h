@@ -30,6 +30,7 @@ class FuzzScene {
   float length() { return scale_ * chance_.magnitude(-3, 1); }
   void place(float (&point)[3]);
   void transform(float (&m)[12], bool rigid);
+  std::vector<float> motion(bool rigid);  // up to three places, often none
   void color(float (&c)[3], float most);
   SppmParam param(float most);
   SppmClosureDesc closure();
@@ -41,6 +42,7 @@ class FuzzScene {
   void add_light();
   void set_world();
   void set_camera();
+  void set_camera_motion(const SppmCameraDesc& camera);
 
   Chance& chance_;
   bool scrambled_;

@@ -7,7 +7,10 @@
 #include <ImfStringAttribute.h>
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
+#include <limits>
 
 #include "status.h"
 

@@ -1,6 +1,8 @@
 // Lights without a scene around them, for tests.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "light.h"

@@ -1,8 +1,11 @@
 // Samples of lights, for direct light and for photons, against the densities that they should have.
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
 #include <random>
+#include <vector>
 
 #include "chi_square.h"
 #include "color.h"

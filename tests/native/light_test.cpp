@@ -2,8 +2,12 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
+#include <optional>
 #include <random>
+#include <vector>
 
 #include "color.h"
 #include "light_rig.h"
@@ -109,7 +113,8 @@ TEST_CASE("direct light gives the irradiance known in closed form") {
     rig.commit();
     return irradiance(rig.lights, {}, {0, 0, 1});
   };
-  SppmLightDesc sphere = lamp(SPPM_LIGHT_POINT), spot = lamp(SPPM_LIGHT_SPOT), wide_sun = lamp(SPPM_LIGHT_SUN), disk = lamp(SPPM_LIGHT_ELLIPSE);
+  SppmLightDesc sphere = lamp(SPPM_LIGHT_POINT), spot = lamp(SPPM_LIGHT_SPOT), wide_sun = lamp(SPPM_LIGHT_SUN),
+                disk = lamp(SPPM_LIGHT_ELLIPSE);
   sphere.radius = spot.radius = 1, wide_sun.angle = 1, disk.size_y = 2;
   CHECK(close(at_origin(lamp(SPPM_LIGHT_POINT)), 1.0 / 9) < 1e-4);
   CHECK(close(at_origin(sphere), 1.0 / 9) < 1e-3);  // as from its centre
@@ -228,7 +233,8 @@ TEST_CASE("an image world shows +x in its middle, +y to the left of it and +z on
 TEST_CASE("emissive triangles shine to both sides in proportion to area and emission") {
   Rig rig;
   const uint32_t glow = rig.glow(2);
-  const EmissiveTriangle a = rig.triangle({-1, -1, 2}, {1, -1, 2}, {1, 1, 2}, glow), b = rig.triangle({-1, -1, 2}, {1, 1, 2}, {-1, 1, 2}, glow);
+  const EmissiveTriangle a = rig.triangle({-1, -1, 2}, {1, -1, 2}, {1, 1, 2}, glow),
+                         b = rig.triangle({-1, -1, 2}, {1, 1, 2}, {-1, 1, 2}, glow);
   rig.lights.add_triangles({a, b});
   rig.commit();
   CHECK(close(static_cast<double>(emitted_power(rig.lights).x), 2 * M_PI * 4 * 2) < 1e-3);

@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "material.h"
 
 #include <doctest/doctest.h>

@@ -1,3 +1,6 @@
+#include <cmath>
+#include <limits>
+
 #include "mesh.h"
 
 #include <doctest/doctest.h>
@@ -37,7 +40,8 @@ TEST_CASE("a mesh keeps what it was given") {
   SppmMeshDesc d = triangle();
   const float normals[] = {0, 0, 2, 0, 1, 0, 0, 0, 0}, uvs[] = {0, 0, 1, 0, 0, 1}, colors[] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   const uint32_t slots[] = {3};
-  d.corner_count = 3, d.corners = kIndices, d.corner_normals = normals, d.corner_uvs = uvs, d.corner_colors = colors, d.material_slots = slots;
+  d.corner_count = 3, d.corners = kIndices, d.corner_normals = normals, d.corner_uvs = uvs, d.corner_colors = colors;
+  d.material_slots = slots;
   const Mesh mesh(d);
   CHECK(mesh.positions[1] == Vec3{1, 0, 0});
   CHECK(mesh.slot(0) == 3);

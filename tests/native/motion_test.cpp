@@ -3,6 +3,8 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <vector>
 
 using namespace sppm;
 
@@ -15,7 +17,8 @@ Affine place(float angle, Vec3 scale, Vec3 at) {
 }
 
 void check_close(const Affine& found, const Affine& expected) {
-  for (size_t i = 0; i < 12; ++i) CHECK(static_cast<double>(found.m[i]) == doctest::Approx(static_cast<double>(expected.m[i])).epsilon(1e-6));
+  for (size_t i = 0; i < 12; ++i)
+    CHECK(static_cast<double>(found.m[i]) == doctest::Approx(static_cast<double>(expected.m[i])).epsilon(1e-6));
 }
 
 }  // namespace
@@ -34,7 +37,8 @@ TEST_CASE("translation, turn and stretch are each interpolated by themselves") {
     float turn;
     Vec3 scale;
   };
-  for (const Case& c : {Case{0.5f, {1, 1, 1}}, Case{3.0f, {2, 2, 2}}, Case{-2.0f, {1, 3, 0.5f}}, Case{1e-4f, {1, 1, 1}}, Case{1.5f, {-1, -1, -1}}}) {
+  for (const Case& c : {Case{0.5f, {1, 1, 1}}, Case{3.0f, {2, 2, 2}}, Case{-2.0f, {1, 3, 0.5f}},
+                        Case{1e-4f, {1, 1, 1}}, Case{1.5f, {-1, -1, -1}}}) {
     const Motion motion(std::vector<Affine>{place(0.2f, c.scale, {0, 0, 0}), place(0.2f + c.turn, c.scale * 2, {1, -2, 4})});
     for (const float t : {0.1f, 0.25f, 0.5f, 0.9f})
       check_close(motion.at(static_cast<double>(t)), place(0.2f + t * c.turn, c.scale * (1 + t), Vec3{1, -2, 4} * t));

@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "progressive.h"
 
 #include <doctest/doctest.h>

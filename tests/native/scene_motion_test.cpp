@@ -1,8 +1,11 @@
 // What is moved in a committed scene, or moves while the shutter is open, renders, to the bits, as a scene that was built so.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <thread>
+#include <vector>
 
 #include "closures.h"
 #include "pass_info.h"
@@ -152,7 +155,8 @@ TEST_CASE("what has been moved renders as if it had been built there") {
   away.lamp = {0.5f, 0.5f, 0.5f}, away.camera = 0.6f;
   mirrored.glass = place({0.2f, 0.2f, -0.4f}, {-1, 1.5f, 0.5f}), mirrored.block = place({0, -0.5f, -0.5f}, {1, 1, -2});
   mirrored.lamp_type = SPPM_LIGHT_RECTANGLE;
-  flat.glass = place({0, 0.3f, -0.6f}, {1, 1, 0}), flat.block = place({0.3f, 0, -0.6f}, {1, 0, 1}), flat.glow = place({0, 0, 0.4f}, {1, 1, 0});
+  flat.glass = place({0, 0.3f, -0.6f}, {1, 1, 0}), flat.block = place({0.3f, 0, -0.6f}, {1, 0, 1});
+  flat.glow = place({0, 0, 0.4f}, {1, 1, 0});
   far.glow = place({0, 0, 30}), far.glass = place({0, 0.1f, -0.3f}, {0.5f, 0.5f, 0.5f}), far.lamp_type = SPPM_LIGHT_SUN;
   Ids ids{}, others{};
   const auto scene = build(kStart, ids);

@@ -2,7 +2,10 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <random>
+#include <vector>
 
 #include "accel.h"
 #include "sampling.h"
@@ -30,7 +33,8 @@ Shape sphere(Vec3 center, uint32_t rows, float radius = 1) {
   const uint32_t columns = 2 * rows;
   for (uint32_t i = 0; i <= rows; ++i)
     for (uint32_t j = 0; j < columns; ++j) {
-      const float theta = kPi * static_cast<float>(i) / static_cast<float>(rows), phi = 2 * kPi * static_cast<float>(j) / static_cast<float>(columns);
+      const float theta = kPi * static_cast<float>(i) / static_cast<float>(rows),
+                  phi = 2 * kPi * static_cast<float>(j) / static_cast<float>(columns);
       for (const float x : {center.x + radius * std::sin(theta) * std::cos(phi), center.y + radius * std::sin(theta) * std::sin(phi),
                             center.z + radius * std::cos(theta)})
         s.positions.push_back(x);

@@ -3,7 +3,10 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <thread>
+#include <vector>
 
 #include "closures.h"
 #include "pass_info.h"

@@ -1,3 +1,7 @@
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
 #include "targets.h"
 
 #include <doctest/doctest.h>
@@ -84,7 +88,8 @@ TEST_CASE("a solid ball is one target, thin things are several small ones") {
 TEST_CASE("aimed directions measure the solid angle of what they are aimed at, from outside, near and inside, and within a cone") {
   const Targets targets = built(sheet(16));
   for (const Vec3 p : {Vec3{0.3f, -0.2f, 3}, Vec3{2, 2, 1}, Vec3{0.5f, 0.4f, 0.05f}})
-    for (const Cone& limit : {Cone{}, Cone{normalize({-0.2f, 0.1f, -1}), 0}, Cone{normalize({-0.6f, -0.5f, -0.6f}), 0.8f}, Cone{{0, 0, -1}, -0.5f}})
+    for (const Cone& limit : {Cone{}, Cone{normalize({-0.2f, 0.1f, -1}), 0},
+                              Cone{normalize({-0.6f, -0.5f, -0.6f}), 0.8f}, Cone{{0, 0, -1}, -0.5f}})
       check_solid_angle(targets, p, limit);
 }
 

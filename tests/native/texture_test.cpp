@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "texture.h"
 
 #include <doctest/doctest.h>

@@ -70,10 +70,10 @@ def main(module, folder):
     addon_utils.disable(module, default_set=True)
     addon_utils.enable(module, default_set=True)
     second = render(scene, "SPPM", folder / "second.exr")
-    native = importlib.import_module(module + ".native")
+    library = importlib.import_module(module + ".native_library")
     print(json.dumps({
         "blender": bpy.app.version_string, "cycles": cycles, "sppm": [first, second], "loaded": sorted(loaded),
-        "blenders": blenders, "add-on": str(native.LIBRARY_PATH.parent), "library": native.version(),
+        "blenders": blenders, "add-on": str(library.LIBRARY_PATH.parent), "library": library.version(),
     }), flush=True)
 
 

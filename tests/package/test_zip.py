@@ -63,8 +63,8 @@ import ctypes, os, sys
 for path in sys.argv[2:]:
     ctypes.CDLL(path, mode=os.RTLD_NOW | os.RTLD_GLOBAL)
 sys.path.insert(0, sys.argv[1])
-from sppm import native
-print(native.version())
+from sppm import native_library
+print(native_library.version())
 """
 
 

@@ -1,7 +1,8 @@
 """Scenes by hand and what is measured in them; nothing here comes from the renderer but its interface.
 
-A closed form is compared with the mean over several seeds. The tolerance is four standard errors of that mean, which the spread over
-the seeds tells, plus what a test states and gives reasons for; `precision` is the largest standard error that still tests something.
+A closed form is compared with the mean over several seeds. The tolerance is four standard errors of that mean, which the spread
+over the seeds tells, plus what a test states and gives reasons for; `precision` is the largest standard error that still tests
+something.
 """
 
 import numpy as np
@@ -201,7 +202,7 @@ def check(values, expected, precision=0.01, bias=0.0):
 
 
 def student_limit(count, dof, false_alarm=1e-3):
-    """What none of `count` deviations exceeds but with the probability given, each in standard errors of a mean of dof + 1 values.
+    """What none of `count` deviations exceeds but with the probability given, in standard errors of a mean of dof + 1 values.
 
     The quantile of Student's distribution, by the midpoint rule in angle: t = sqrt(dof) tan(a) has the density cos(a)^(dof - 1).
     """

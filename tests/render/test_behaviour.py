@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scenes import (DOWN, Scene, at, box, diffuse, emission, floor, glass, grey, look_at, quad, render, render_all, sphere)
 from sppm import native
+from sppm.native_library import STATUS_NAMES, Cancelled, SppmError
 from sppm.scene_desc import LightFlags, LightType, Projection
 
 RHO = 0.5
@@ -131,7 +132,7 @@ def test_cancel_from_another_thread_returns_soon_and_leaves_no_trace():
         timer = threading.Timer(0.3, session.cancel)
         started = time.monotonic()
         timer.start()
-        with pytest.raises(native.Cancelled):
+        with pytest.raises(Cancelled):
             session.step()
         assert time.monotonic() - started < 5
         timer.join()
@@ -140,7 +141,7 @@ def test_cancel_from_another_thread_returns_soon_and_leaves_no_trace():
     small = native.Settings(photons_per_iteration=5000)
     with native.Scene(room().desc) as scene, native.Session(scene, small) as session:
         session.cancel()
-        with pytest.raises(native.Cancelled):
+        with pytest.raises(Cancelled):
             session.step()
         session.step()
         assert np.array_equal(session.read_pass("Combined"), wanted)
@@ -226,9 +227,9 @@ def test_snapshots_are_written_at_their_interval(tmp_path):
 def test_file_that_cannot_be_written(tmp_path):
     with native.Scene(room().desc) as scene, native.Session(scene, native.Settings()) as session:
         session.step()
-        with pytest.raises(native.SppmError, match="missing") as caught:
+        with pytest.raises(SppmError, match="missing") as caught:
             session.write_exr(tmp_path / "missing" / "picture.exr")
-    assert native.STATUS_NAMES[caught.value.status] == "I/O error"
+    assert STATUS_NAMES[caught.value.status] == "I/O error"
 
 
 # ---------------------------------------------------------------- passes and cameras
@@ -253,7 +254,8 @@ def test_alpha_of_the_film(transparent):
 
 def test_alpha_at_an_edge_is_what_is_covered():
     """The box filter over the pixels left and right of the edge: one is half covered once the filter is two pixels wide."""
-    picture = render(half_plane(), "Combined", iterations=400, transparent_film=True, pixel_filter="BOX", filter_width=2.0)[..., 3]
+    settings = {"iterations": 400, "transparent_film": True, "pixel_filter": "BOX", "filter_width": 2.0}
+    picture = render(half_plane(), "Combined", **settings)[..., 3]
     # 16 rows of 400 samples of a coin that shows 3/4 or 1/4.
     error = 4 * np.sqrt(0.75 * 0.25 / (16 * 400))
     assert abs(picture[:, 7].mean() - 0.75) < error
@@ -269,7 +271,7 @@ def test_depth_and_normal_of_a_plane():
 
 
 def test_depth_of_a_tilted_plane_is_along_the_axis_and_its_normal_faces_the_camera():
-    """Plane z = x seen from (0, 0, 2): depth 2 - x, and x = u depth gives 2 / (1 + u). Its own normal points away from the camera."""
+    """Plane z = x seen from (0, 0, 2): depth 2 - x, and x = u depth gives 2 / (1 + u). Its normal points away from the camera."""
     shape = quad([(-5, -5, -5), (-5, 5, -5), (5, 5, 5), (5, -5, 5)])
     scene = Scene(0.5).add(shape, diffuse(RHO)).camera(at(0, 0, 2), 0.5, 16)
     depth, normal = render(scene, "Depth", "Normal", **SHARP)

@@ -1,10 +1,11 @@
-"""Passes of what surfaces are, holdouts and what the camera does not see: closed forms, and that nothing is paid for what is off."""
+"""Passes of what surfaces are, holdouts, what the camera does not see: closed forms, and that nothing is paid for what is off."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import Scene, at, box, diffuse, emission, floor, furnished_room, glass, grey, look_at, mirror, quad, render, render_all
+from scenes import (Scene, at, box, diffuse, emission, floor, furnished_room, glass, grey, look_at, mirror, quad, render,
+                    render_all)
 from sppm import native
 from sppm.scene_desc import ClosureDesc, ClosureType, InstanceFlags, LightType, MaterialDesc, MeshDesc, Param
 
@@ -99,7 +100,8 @@ def test_where_nothing_is():
 def with_uvs(scene, size):
     """The last mesh gets the UVs of a square of half width `size` that is mapped to 0 to 1."""
     mesh = scene.desc.meshes[-1]
-    scene.desc.meshes[-1] = replace(mesh, corners=mesh.indices, corner_uvs=(mesh.positions[:, :2] / (2 * size) + 0.5).astype(np.float32))
+    uvs = (mesh.positions[:, :2] / (2 * size) + 0.5).astype(np.float32)
+    scene.desc.meshes[-1] = replace(mesh, corners=mesh.indices, corner_uvs=uvs)
     return scene
 
 
@@ -119,11 +121,12 @@ def test_mist(power):
     mist = render(scene, "Mist", iterations=256, mist_start=1.0, mist_depth=5.0, mist_power=power)
     expected = 0.5 * 0.2**power + 0.5 * 0.4**power
     assert mist.mean() == pytest.approx(expected, abs=0.003)  # whether a path goes through the sheet is a choice of 64 x 256
-    assert not render(Scene().add(floor(10), diffuse(0.5)).above(3, HALF), "Mist", mist_start=1.0, mist_depth=0.0).any(), "no mist"
+    scene = Scene().add(floor(10), diffuse(0.5)).above(3, HALF)
+    assert not render(scene, "Mist", mist_start=1.0, mist_depth=0.0).any(), "no mist"
 
 
 def test_light_that_the_camera_sees():
-    """An emitter fills the left half, a half clear sheet before it and the sky; a mirror shows the sky in no pass but the denoiser's."""
+    """An emitter fills the left half, a half clear sheet before it and the sky; mirrors show it in no pass but the denoiser's."""
     scene = Scene(0.2).add(quad([(-2, -2, 0), (0, -2, 0), (0, 2, 0), (-2, 2, 0)]), emission(3))
     scene.add(floor(10, 1.0), *half_clear(0.5)).above(3, HALF)
     emitted, sky, color = render(scene, "Emission", "Environment", "Diffuse Color", iterations=256, **BOX)
@@ -139,7 +142,7 @@ def test_light_that_the_camera_sees():
 
 
 def test_features_are_seen_through_glass():
-    """Straight above a slab, all but what it reflects to the black sky, and every bounce between its faces: the floor's albedo."""
+    """Straight above a slab, all but what it reflects to the black sky, and all bounces between its faces: the floor's albedo."""
     scene = Scene().add(floor(10), diffuse(0.6)).add(box((-5, -5, 1), (5, 5, 2)), glass()).above(3, 0.5)
     albedo, normal = render(scene, "Denoising Albedo", "Denoising Normal", iterations=256)
     seen = normal[..., 2].mean()
@@ -191,7 +194,7 @@ def test_a_half_clear_holdout_cuts_out_its_half():
 
 @pytest.mark.parametrize("place", ["alone", "instanced", "movable", "beside what is movable"])
 def test_what_is_hidden_from_the_camera_still_shines_and_shadows(place):
-    """A small glowing square between camera and floor; the floor below has the light of the closed form, and mirrors show the square."""
+    """A small glowing square between camera and floor; the floor has the light of a closed form, and mirrors show the square."""
     radiance, half, height = 5.0, 0.05, 1.0
     scene = Scene().add(floor(10), diffuse(0.5)).add(floor(half, height), emission(radiance))
     change_last(scene, flags=InstanceFlags.HIDDEN_FROM_CAMERA)

@@ -182,7 +182,8 @@ def test_power_of_emitting_mesh():
 def test_power_of_sun(angle):
     """What passes the bounding sphere, which the library makes 0.1 % larger than the box's.
 
-    The strength is the irradiance of a plane that faces the sun; the light of a wide sun comes aslant to that plane, so more of it comes.
+    The strength is the irradiance of a plane that faces the sun; the light of a wide sun comes aslant to that plane, so more of
+    it comes.
     """
     scene = Scene().add(box((-1, -2, -3), (1, 2, 3)), diffuse(0.5)).light(LightType.SUN, sun_frame(0.3), COLOR, angle=angle)
     aslant = 2 / (1 + np.cos(angle / 2))
@@ -197,8 +198,8 @@ def test_power_of_world():
 def test_photons_carry_the_power_of_every_lamp():
     """In a closed box of albedo a without glass the photons' part has the power P a^2 / (1 - a) per area, whatever the lamp.
 
-    Six cameras look at the six walls, whole. Along the four rims of a wall of side 2, where search disks of radius r reach beyond it,
-    a strip as wide as r, the share 2 r of the wall, lacks 2 / (3 pi) of its photons, the mean of the disks' segments.
+    Six cameras look at the six walls, whole. Along the four rims of a wall of side 2, where search disks of radius r reach beyond
+    it, a strip as wide as r, the share 2 r of the wall, lacks 2 / (3 pi) of its photons, the mean of the disks' segments.
     """
     a, size, radius = 0.5, 64, 0.02
     for kind, rest, watts in (

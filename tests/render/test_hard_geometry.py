@@ -1,4 +1,4 @@
-"""Geometry that renderers go wrong on: far, tiny and huge scenes, nested glass, coincident, degenerate and very many triangles."""
+"""Geometry that renderers go wrong on: far, tiny and huge scenes, nested glass, coincident, degenerate, very many triangles."""
 
 import time
 
@@ -7,7 +7,8 @@ import pytest
 from scenes import (DOWN, Scene, at, box, check, diffuse, emission, floor, glass, look_at, means, quad, render, render_all,
                     sphere, sun_frame)
 from sppm import native
-from sppm.scene_desc import LightType, SceneError
+from sppm.scene_desc import LightType
+from sppm.scene_validation import SceneError
 
 RHO = 0.5
 DEEP = 1024  # vertices of a path: as good as endless
@@ -92,7 +93,8 @@ def test_emitting_triangle_of_any_size_gives_light():
     for size in (1e-9, 1e-3, 1.0, 1e6):
         lamp = quad([(-size, -size, size), (size, -size, size), (size, size, size), (-size, size, size)])
         scene = Scene().add(floor(5 * size), diffuse(RHO)).add(lamp, emission(2))
-        values.append(means(scene.camera(at(0, 0, size / 2), 1e-3, clip_near=size * 1e-3, clip_far=size * 9), "Direct", iterations=16))
+        scene.camera(at(0, 0, size / 2), 1e-3, clip_near=size * 1e-3, clip_far=size * 9)
+        values.append(means(scene, "Direct", iterations=16))
     assert values[2].mean() > 0.1
     for found in values:
         assert found.mean() == pytest.approx(values[2].mean(), rel=0.01)
@@ -202,7 +204,7 @@ def test_total_reflection_to_the_last_vertex(max_depth):
 
 
 def test_light_guide():
-    """Light runs down a thin rod of glass by total reflection, some forty times, and loses nothing: the sky's radiance comes out."""
+    """Light runs down a thin rod of glass by total reflection, some forty times, and loses nothing: the sky comes out."""
     scene = Scene(world=1).add(box((-0.05, -0.05, -4), (0.05, 0.05, 0)), glass(1.5)).camera(at(0, 0, 0.06), 0.6, 24)
     assert render_all(scene, iterations=64, max_depth=DEEP)["Combined"][..., :3].mean() == pytest.approx(1, rel=1e-3)
 
@@ -265,7 +267,8 @@ def test_vertex_at_the_end_of_the_world(value, closure):
 def test_needles(aspect, bound):
     """A tilted floor of slivers is that floor.
 
-    The ray tracer knows the plane of a sliver to about aspect x length x 6e-8 only; where that nears its width, neighbours shadow it.
+    The ray tracer knows the plane of a sliver to about aspect x length x 6e-8 only; where that nears its width, neighbours shadow
+    it.
     """
     count = 2000
     edges = np.linspace(-1, 1, count + 1)
@@ -287,12 +290,13 @@ def test_coincident_diffuse_faces_are_one():
     one = Scene().add(floor(1), diffuse(RHO)).light(LightType.POINT, at(0, 0, 1), 1).above(0.9, 0.5)
     wanted = render(one, "Combined", iterations=16)[..., :3]
     for second in (floor(1), floor(3)):
-        scene = Scene().add(floor(1), diffuse(RHO)).add(second, diffuse(RHO)).light(LightType.POINT, at(0, 0, 1), 1).above(0.9, 0.5)
+        scene = Scene().add(floor(1), diffuse(RHO)).add(second, diffuse(RHO))
+        scene.light(LightType.POINT, at(0, 0, 1), 1).above(0.9, 0.5)
         assert np.allclose(render(scene, "Combined", iterations=16)[..., :3], wanted, rtol=1e-4)
 
 
 def test_smooth_shading_leaves_no_black_rims():
-    """Where a coarse ball's interpolated normals face away from the camera it is lit all the same: nearly evenly under an even sky."""
+    """Where a coarse ball's interpolated normals face away from the camera it is lit all the same: nearly evenly by the sky."""
     shape = sphere(1, divisions=1)
     scene = Scene(world=1.0).add(shape, diffuse(RHO), normals=shape[0]).camera(at(0, 0, 4), 0.3, 32)
     found = render_all(scene, iterations=32, indirect="PATHS", transparent_film=True, pixel_filter="BOX", filter_width=0.01)
@@ -303,8 +307,8 @@ def test_smooth_shading_leaves_no_black_rims():
 
 @pytest.mark.slow
 def test_ten_million_triangles():
-    """Measured: 6 s on 2 cores and 139 bytes a triangle: 64 are its facet, 18 its corners and its share of the vertices; the rest is the
-    BVH.
+    """Measured: 6 s on 2 cores and 139 bytes a triangle: 64 are its facet, 18 its corners and its share of the vertices; the
+    rest is the BVH.
     """
     n = 2238
     x, y = np.meshgrid(np.linspace(-1, 1, n), np.linspace(-1, 1, n))

@@ -4,13 +4,14 @@ import time
 
 import numpy as np
 import pytest
-from scenes import (DOWN, SIGMAS, Scene, at, box, check, diffuse, emission, floor, glass, grey, look_at, means, quad, render, render_all, sphere,
-                    sun_frame)
+from scenes import (DOWN, SIGMAS, Scene, at, box, check, diffuse, emission, floor, glass, grey, look_at, means, quad, render,
+                    render_all, sphere, sun_frame)
 from sppm import native, scene_desc
 from sppm.scene_desc import LightFlags, LightType
 
 RHO = 0.5
-LAMPS = [(LightType.POINT, {}), (LightType.SPOT, {"angle": 1.0}), (LightType.SUN, {}), (LightType.RECTANGLE, {}), (LightType.ELLIPSE, {})]
+LAMPS = [(LightType.POINT, {}), (LightType.SPOT, {"angle": 1.0}), (LightType.SUN, {}), (LightType.RECTANGLE, {}),
+         (LightType.ELLIPSE, {})]
 SIZED = [(LightType.POINT, {"radius": 0.1}), (LightType.SPOT, {"radius": 0.1, "angle": 1.0}), (LightType.SUN, {"angle": 0.1}),
          (LightType.RECTANGLE, {"size_x": 0.2, "size_y": 0.2}), (LightType.ELLIPSE, {"size_x": 0.2, "size_y": 0.2})]
 
@@ -117,7 +118,8 @@ def test_metal_that_shines_at_grazing_angles_only_throws_its_caustic():
     edge = scene_desc.ClosureDesc(scene_desc.ClosureType.CONDUCTOR, color=scene_desc.Param(grey(0)))
     scene = Scene().add(floor(2), diffuse(RHO)).add(sphere(0.3, (0, 0, 0.4)), edge).light(LightType.POINT, at(0.5, 0, 1.5), 5)
     settings = dict(iterations=4, photons_per_iteration=40000, initial_radius=0.05)
-    by_all, aimed = (means(scene.above(3, 1), "Caustics", aim_photons=aim, indirect="PHOTONS", **settings) for aim in (False, True))
+    by_all, aimed = (means(scene.above(3, 1), "Caustics", aim_photons=aim, indirect="PHOTONS", **settings)
+                     for aim in (False, True))
     assert by_all.mean() > 1e-4
     check(aimed, by_all.mean(), precision=0.02, bias=SIGMAS * by_all.std(ddof=1) / np.sqrt(len(by_all)) / by_all.mean())
 

@@ -16,7 +16,8 @@ def metal(color, roughness=0.0, flags=ClosureFlags.NONE):
 
 
 def coat(color, ior=1.5, roughness=0.0):
-    return ClosureDesc(ClosureType.COAT, flags=ClosureFlags.ATTENUATE, color=Param(grey(color)), roughness=Param(grey(roughness)), ior=ior)
+    return ClosureDesc(ClosureType.COAT, flags=ClosureFlags.ATTENUATE, color=Param(grey(color)), roughness=Param(grey(roughness)),
+                       ior=ior)
 
 
 def transparent(color):
@@ -24,13 +25,15 @@ def transparent(color):
 
 
 def tinted_glass(color, ior=1.5, roughness=0.0):
-    return ClosureDesc(ClosureType.DIELECTRIC, color=Param(grey(color)), color2=Param(grey(color)), ior=ior, roughness=Param(grey(roughness)))
+    return ClosureDesc(ClosureType.DIELECTRIC, color=Param(grey(color)), color2=Param(grey(color)), ior=ior,
+                       roughness=Param(grey(roughness)))
 
 
 SURFACES = {
     "diffuse": diffuse, "retro": lambda c: ClosureDesc(ClosureType.DIFFUSE, ClosureFlags.RETRO, color=Param(grey(c)),
                                                        roughness=Param(grey(1))),
-    "mirror": metal, "rough metal": lambda c: metal(c, 0.5), "metal that keeps energy": lambda c: metal(c, 1.0, ClosureFlags.PRESERVE_ENERGY),
+    "mirror": metal, "rough metal": lambda c: metal(c, 0.5),
+    "metal that keeps energy": lambda c: metal(c, 1.0, ClosureFlags.PRESERVE_ENERGY),
     "coat": coat, "glass": tinted_glass, "rough glass": lambda c: tinted_glass(c, roughness=0.5), "transparent": transparent,
 }
 
@@ -41,7 +44,8 @@ SURFACES = {
 @pytest.mark.parametrize("name", SURFACES)
 def test_black_is_black(name):
     """Whatever the closure: of all the light around nothing comes back."""
-    scene = Scene(world=1).add(sphere(1, divisions=3), SURFACES[name](0)).light(LightType.POINT, at(0, 0, 3), 9).camera(at(0, 0, 3), 0.2)
+    scene = Scene(world=1).add(sphere(1, divisions=3), SURFACES[name](0))
+    scene.light(LightType.POINT, at(0, 0, 3), 9).camera(at(0, 0, 3), 0.2)
     assert not render_all(scene)["Combined"][..., :3].any()
 
 
@@ -59,7 +63,7 @@ def test_white_gains_nothing(name):
 @pytest.mark.parametrize("max_depth", [2, 5, 12])
 @pytest.mark.parametrize("albedo", [1.0, 1.5, 4.0])
 def test_room_that_loses_no_light(albedo, max_depth):
-    """In a closed box whose walls emit 1 light is scattered until the last vertex: sum of albedo^k. Nothing hangs, nothing overflows."""
+    """In a closed box whose walls emit 1 light is scattered until the last vertex: sum of albedo^k. None hangs or overflows."""
     scene = Scene().add(box((-1, -1, -1), (1, 1, 1)), diffuse(albedo), emission(1)).camera(at(0, 0, 0), 0.3)
     expected = sum(albedo**k for k in range(max_depth + 1))
     found = means(scene, "Combined", iterations=8, photons_per_iteration=5000, max_depth=max_depth, initial_radius=0.3, seeds=4)
@@ -71,7 +75,8 @@ def test_room_that_loses_no_light(albedo, max_depth):
 @pytest.mark.parametrize("color", [1.5, 30.0])
 def test_brighter_than_white_ends(name, color):
     """What gives back more than it gets makes a bright picture, but one that ends and has no infinity."""
-    scene = Scene(world=1).add(box((-1, -1, -1), (1, 1, 1)), SURFACES[name](color)).add(sphere(0.3, divisions=2), SURFACES[name](color))
+    surface = SURFACES[name](color)
+    scene = Scene(world=1).add(box((-1, -1, -1), (1, 1, 1)), surface).add(sphere(0.3, divisions=2), surface)
     scene.light(LightType.POINT, at(0.5, 0.5, 0.5), 1).camera(at(-0.5, -0.5, 0.9), 0.3)
     started = time.monotonic()
     picture = render_all(scene, max_depth=8, photons_per_iteration=1000)["Combined"][..., :3]
@@ -129,7 +134,8 @@ def test_index_one_bends_nothing():
 
 
 def mirror_room(color, roughness=0.0):
-    scene = Scene().add(box((-1, -1, -1), (1, 1, 1)), metal(color, roughness)).light(LightType.POINT, at(0.3, 0.2, 0.5), 1, radius=0.1)
+    scene = Scene().add(box((-1, -1, -1), (1, 1, 1)), metal(color, roughness))
+    scene.light(LightType.POINT, at(0.3, 0.2, 0.5), 1, radius=0.1)
     return scene.camera(look_at((0, -0.9, 0.1), (0, 1, 0)), 0.8, 16)
 
 
@@ -145,7 +151,7 @@ def test_room_of_mirrors_ends(color, roughness, max_depth):
 
 
 def test_room_of_mirrors_with_one_diffuse_ball():
-    """All light ends at the ball, after however many mirrors: irradiance is power / area, all reflections at the ball included."""
+    """All light ends at the ball, after however many mirrors: irradiance is power / area, reflections at the ball included."""
     albedo, scene = 0.5, mirror_room(1.0)
     scene.desc.lights.clear()
     scene.add(sphere(0.4, divisions=4), diffuse(albedo)).light(LightType.POINT, at(0.7, 0.6, 0.7), 1)
@@ -187,7 +193,7 @@ def test_sixteen_closures():
     """As many lobes as a material may have, in parts that sum to a white one."""
     part = Param(grey(1 / 16))
     closures = [ClosureDesc(ClosureType.DIFFUSE, weight=part, color=Param(grey(1))) for _ in range(8)]
-    closures += [ClosureDesc(ClosureType.CONDUCTOR, weight=part, color=Param(grey(1)), color2=Param(grey(1)), roughness=Param(grey(r)))
-                 for r in np.linspace(0, 0.3, 8)]
+    closures += [ClosureDesc(ClosureType.CONDUCTOR, weight=part, color=Param(grey(1)), color2=Param(grey(1)),
+                             roughness=Param(grey(r))) for r in np.linspace(0, 0.3, 8)]
     scene = Scene(world=1).add(sphere(1, divisions=3), *closures).camera(at(0, 0, 3), 0.2)
     assert render_all(scene, iterations=256, photons_per_iteration=1)["Combined"][..., :3].mean() == pytest.approx(1, rel=0.02)

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from scenes import DOWN, Scene, at, box, diffuse, floor, glass, look_at, render, render_all, sphere
 from sppm import native
-from sppm.scene_desc import LightType, SceneError
+from sppm.scene_desc import LightType
+from sppm.scene_validation import SceneError
 
 
 def room(width=16, height=None):
@@ -51,8 +52,8 @@ def test_pictures_of_odd_size(width, height):
 def test_picture_of_67_million_pixels():
     """8192x8192: memory stated, and no pixel is left out. The photons are few, so that pixels are what counts."""
     before, progress = resident_bytes(), None
-    scene = room(8192)
-    with native.Scene(scene.desc) as built, native.Session(built, native.Settings(iterations=2, photons_per_iteration=1 << 20)) as session:
+    settings = native.Settings(iterations=2, photons_per_iteration=1 << 20)
+    with native.Scene(room(8192).desc) as built, native.Session(built, settings) as session:
         started = time.monotonic()
         for _ in range(2):
             session.step()
@@ -130,7 +131,8 @@ def test_long_run_keeps_improving_in_constant_memory():
     settings = dict(iterations=8000, photons_per_iteration=3000)
     reference = finished(room(24), seed=99, **settings)[1][..., :3]
     errors, memory, resident = {}, {}, {}
-    with native.Scene(room(24).desc) as built, native.Session(built, native.Settings(**{**settings, "iterations": 2000})) as session:
+    shorter = native.Settings(**{**settings, "iterations": 2000})
+    with native.Scene(room(24).desc) as built, native.Session(built, shorter) as session:
         for iteration in range(1, 2001):
             session.step()
             if iteration in (100, 500, 2000):

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from scenes import Scene, at, box, diffuse, floor, glass, look_at, render, sphere, student_limit
 from sppm import native
+from sppm.native_library import SppmError
 from sppm.scene_desc import LightType
+from sppm.scene_validation import SceneError
 
 
 def room(glass_at, lamp_at, camera_at):
@@ -39,11 +41,16 @@ def test_moved_is_as_built_there():
 
 def test_what_may_not_move_is_refused_by_its_number():
     with native.Scene(room((0, 0, 0), (0, 0, 0.9), (0, -0.9, 0))) as built:
-        with pytest.raises(native.SppmError, match="instance 1 .*movable"):
+        with pytest.raises(SppmError, match="instance 1 .*movable"):
             built.move_instance(1, at(0, 0, 0))
 
 
-# ---------------------------------------------------------------- while the shutter is open
+@pytest.mark.parametrize(("place", "says"), [(np.eye(3), "has 9 numbers, must have 12"), (np.eye(4), "has 16 numbers"),
+                                             (at(0, 0, np.nan), "is not finite")], ids=["3x3", "4x4", "nan"])
+def test_what_is_no_place_is_refused_by_the_instance(place, says):
+    with native.Scene(room((0, 0, 0), (0, 0, 0.9), (0, -0.9, 0))) as built:
+        with pytest.raises(SceneError, match=f"instance 2: transform .*{says}"):
+            built.move_instance(2, place)
 
 WAY = np.array([at(-0.3, 0, 0.5), at(0.3, 0, 0.5)])  # of the ball
 ITERATIONS, SEEDS, STILLS, BLOCKS = 32, 8, 8, 4

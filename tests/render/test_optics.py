@@ -34,7 +34,8 @@ def transmitted_from_hemisphere():
 def test_sky_through_plate():
     """The floor near the origin sees the plate but for the directions below the plate's rim, at a distance of 2.7.
 
-    Light that enters by the plate's rim meets its faces beyond the angle of total reflection, so none leaves through the lower face.
+    Light that enters by the plate's rim meets its faces beyond the angle of total reflection, so none leaves through the lower
+    face.
     """
     scene = Scene(world=1).add(floor(1), diffuse(RHO)).add(box((-3, -3, 0.02), (3, 3, 0.1)), glass(IOR)).above(0.015, 0.3)
     found = means(scene, "Caustics", iterations=8, photons_per_iteration=20000, initial_radius=0.1)
@@ -96,7 +97,7 @@ def test_glass_that_hardly_bends_lets_light_through_whoever_finds_it(ior, roughn
 
 @pytest.mark.parametrize("roughness", [0.02, 0.15])
 def test_slightly_rough_plate_is_nearly_smooth(roughness):
-    """Facets tilted by up to a few times alpha = roughness^2 <= 0.0225 change R, flat at normal incidence, by terms of alpha^2."""
+    """Facets tilted by up to a few times alpha = roughness^2 <= 0.0225 change R, flat at normal incidence, by alpha^2."""
     scene = under_plate(glass(IOR, roughness)).light(LightType.SUN, DOWN, 3)
     found = means(scene, "Caustics", iterations=8, photons_per_iteration=20000, initial_radius=0.1)
     check(found, 3 * RHO / np.pi * slab_transmittance(1, IOR), bias=4 * roughness**4)

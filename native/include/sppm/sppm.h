@@ -279,9 +279,10 @@ SPPM_API void sppm_scene_destroy(SppmScene *scene);
 
 typedef enum SppmPixelFilter { SPPM_BLACKMAN_HARRIS = 0, SPPM_BOX = 1 } SppmPixelFilter;
 
-/* DEPTH, POSITION and the indices are those of the visible surface behind the middle of a pixel, not filtered; all others are averages
- * over its camera paths. "Seen by the camera" includes through what is transparent. A pass that is not asked for takes neither memory nor
- * time; DEPTH, NORMAL and those from POSITION on take 8 bytes a pixel and channel. */
+/* DEPTH, POSITION and the indices are those of the visible surface behind the middle of a pixel, not filtered, and where things move at
+ * the time of the first iteration; all others are averages over its camera paths. "Seen by the camera" includes through what is
+ * transparent. A pass that is not asked for takes neither memory nor time; DEPTH, NORMAL and those from POSITION on take 8 bytes a pixel
+ * and channel. */
 typedef enum SppmPass {
   SPPM_PASS_COMBINED = 0, /* RGBA, alpha 1 unless the film is transparent or a holdout cuts it out; colour premultiplied */
   SPPM_PASS_DEPTH = 1,    /* 1 channel: depth along the camera's -z (PERSPECTIVE: distance to the camera plane); 1e10 where nothing */
