@@ -89,7 +89,7 @@ class CameraPath {
     if (final_) return pass_through(s, transparency);
     const Bsdf bsdf = scene_.bsdf(s);
     const LobeChoice choice(bsdf, transparency, wo);
-    data_.meet_surface(s, bsdf, choice, transparency, wo, beta_, camera_ray_);
+    data_.meet_surface(s, bsdf, transparency, wo, beta_, camera_ray_);
     const Sample4 u = sampler_.next();
     add_direct_light(s, bsdf, choice, wo, u);
 

@@ -8,7 +8,7 @@
 namespace sppm {
 namespace {
 
-// The plane of a needle, whose edges are nearly parallel, is known worse by the ratio of their product to its area; beyond the last
+// A plane whose edges at the first corner are nearly parallel is known worse by the ratio of their product to the area; beyond the last
 // ratio it is not known at all.
 constexpr float kNeedleUlps = 2 * 0x1p-23f, kLargestNeedle = 1e4f;
 
@@ -51,7 +51,7 @@ Slenderness slenderness_of(const std::array<Vec3, 3>& p) {
 // A plane is computed from the two edges at the first corner, by the ray tracer as here, with an error of a few roundings times the
 // product of their lengths over the area: between a needle's long sides that is its aspect, where its short side meets them it is 1.
 // What is less slender than this keeps its order, and so the bits of its pictures.
-constexpr float kTurned = 64;
+constexpr float kTurned = 256;
 // A ray may slip between two triangles so slender. Where such make up more than this share of a mesh they are seen.
 constexpr float kLeaking = 1e4f;
 constexpr double kSeenShare = 1e-3;

@@ -301,7 +301,8 @@ def render_slivers(scene):
 def test_needles(aspect, first):
     """A floor of slivers is that floor, whichever corner of theirs comes first.
 
-    No ray slips between two of them from an aspect of 1e4 on, where the ray tracer takes care; below, its rounding. Vertices are rounded by half the width at 1e7, so that there normals spread.
+    No ray slips between two of them from an aspect of 1e4 on, where the ray tracer takes care; below, so many as its rounding says.
+    Vertices are rounded by half the width at 1e7, so that there normals spread.
     """
     positions, triangles = needles(aspect)
     color, missed, normal = render_slivers(above_slivers((positions, np.roll(triangles, first, axis=1))))
