@@ -172,9 +172,10 @@ def plastic_floor(angle):
 
 @pytest.mark.parametrize("angle", [20, 60, 75, 85])
 def test_albedo_of_plastic_is_that_of_cycles(empty_scene, tmp_path, angle):
-    """What is reflected toward grazing falls with roughness from 4.0 on, which Cycles and we read from tables of our own; not in 3.4."""
+    """What is reflected toward grazing falls with roughness from 4.0 on, by tables, Cycles' and ours; not in 3.4."""
     plastic_floor(angle)
-    means = [passes["Denoising Albedo"].reshape(HEIGHT, len(ROUGHNESSES), -1, 3)[:, :, 3:-3].mean((0, 2)) for passes in both(tmp_path)]
+    strips = [passes["Denoising Albedo"].reshape(HEIGHT, len(ROUGHNESSES), -1, 3) for passes in both(tmp_path)]
+    means = [pixels[:, :, 3:-3].mean((0, 2)) for pixels in strips]
     np.testing.assert_allclose(*means, atol=0.01)
 
 

@@ -174,7 +174,8 @@ def test_albedo_of_a_rough_coat_is_what_it_reflects_of_an_even_sky(roughness, an
     flags = ClosureFlags.ATTENUATE | ClosureFlags.PRESERVE_ENERGY
     coat = ClosureDesc(ClosureType.COAT, flags, color=Param(grey(1)), roughness=Param(grey(roughness)), ior=1.5)
     t = np.radians(angle)
-    scene = Scene(1.0).add(floor(100), coat, diffuse(0.0)).camera(look_at((np.sin(t), 0, np.cos(t)), (0, 0, 0), up=(0, 1, 0)), 0.01)
+    view = look_at((np.sin(t), 0, np.cos(t)), (0, 0, 0), up=(0, 1, 0))
+    scene = Scene(1.0).add(floor(100), coat, diffuse(0.0)).camera(view, 0.01)
     found = render_all(scene, iterations=256)
     assert found["Denoising Albedo"].mean() == pytest.approx(found["Combined"][..., :3].mean(), rel=0.04)
 
