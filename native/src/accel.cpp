@@ -137,7 +137,9 @@ struct Accel::Impl {
     rtcAttachGeometryByID(target, geometry, id);
     rtcReleaseGeometry(geometry);
   }
-  RTCGeometry triangles(const Mesh& mesh) const {
+  RTCGeometry triangles(RTCScene target, const Mesh& mesh) const {
+    // Tests of edges and boxes without gaps, which cost: rays slip between needles otherwise.
+    if (mesh.needles) rtcSetSceneFlags(target, kQueriesMayFilter | RTC_SCENE_FLAG_ROBUST);
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, mesh.positions.data(), 0, sizeof(Vec3),
                                mesh.positions.size() - 1);
@@ -148,7 +150,7 @@ struct Accel::Impl {
     RTCScene& slot = instanced[mesh];
     if (!slot) {
       slot = new_scene();
-      attach(slot, triangles(*mesh), 0);
+      attach(slot, triangles(slot, *mesh), 0);
       rtcCommitScene(slot);
     }
     return slot;
@@ -160,10 +162,9 @@ struct Accel::Impl {
     attach(scene, geometry, id, hidden_from_camera);
   }
   void attach(const Placement& p, uint32_t id) {
-    if (p.identity)
-      attach(still && !p.movable ? still : scene, triangles(*p.mesh), id, p.hidden_from_camera);
-    else
-      attach_instance(part(p.mesh), p.transform, id, p.hidden_from_camera);
+    if (!p.identity) return attach_instance(part(p.mesh), p.transform, id, p.hidden_from_camera);
+    const RTCScene target = still && !p.movable ? still : scene;
+    attach(target, triangles(target, *p.mesh), id, p.hidden_from_camera);
   }
 };
 

@@ -285,6 +285,7 @@ Vec3 albedo(const Lobe& lobe, const ShadingPoint& at, Vec3 given_world) {
   const Vec3 weight = lobe.weight * under_cover(lobe, given);
   if (lobe.diffuse() || lobe.type == LobeType::kRefraction) return weight * lobe.color;
   const float c = std::abs(given.z);
+  if (lobe.directional) return weight * lobe.color * lobe.directional->albedo(c, lobe.roughness) * energy_factor(lobe, c);
   const float eta = lobe.type == LobeType::kDielectric && given.z < 0 ? 1 / lobe.ior : lobe.ior;
   Vec3 scattered = reflectance(lobe, c, eta);
   if (lobe.type == LobeType::kDielectric) scattered += lobe.color2 * (1 - fresnel_dielectric(c, eta));

@@ -40,6 +40,7 @@ struct Lobe {
   bool separable = false;    // masking and shadowing independent; Fresnel shares of glass at the shading normal
   const AlbedoTable* multiple_scattering = nullptr;        // gives back lost energy if set
   const AlbedoTable* multiple_scattering_inside = nullptr; // the same where light is seen from inside a dielectric
+  const AlbedoTable* directional = nullptr;                // what a rough coat reflects, for passes; else as a smooth one
   std::array<Cover, 2> covers;                             // the coats that lie above, if any
 
   bool diffuse() const { return type == LobeType::kDiffuse || type == LobeType::kRetroDiffuse; }
@@ -83,7 +84,7 @@ float pdf_solid_angle(const Lobe& lobe, const ShadingPoint& at, Vec3 given, Vec3
 // A direction drawn from the lobe, given the other one. Where the bent shading normal of a smooth lobe would send light through the
 // wrong side of the surface, the geometric normal serves instead: glass must not go black at its rims.
 std::optional<BsdfSample> sample(const Lobe& lobe, const ShadingPoint& at, Vec3 given, const std::array<float, 3>& u, Transport transport);
-// What share of the light from `given` the lobe scatters, with the reflectance of a smooth surface; for passes.
+// What share of the light from `given` the lobe scatters, with the reflectance of a smooth surface unless `directional` is set; for passes.
 Vec3 albedo(const Lobe& lobe, const ShadingPoint& at, Vec3 given);
 // About what share of the light from `given` the lobe scatters: the weight by which lobes are chosen.
 float estimated_albedo(const Lobe& lobe, const ShadingPoint& at, Vec3 given);

@@ -10,8 +10,10 @@ constexpr uint64_t kCameraStream = 0x63616d657261;  // tells a pixel's samples f
 
 class CameraPath {
  public:
-  CameraPath(const Scene& scene, const PathSettings& settings, Sampler sampler, uint64_t pixel, TilePoints& tile, RayCounts& counts, float* record)
-      : scene_(scene), settings_(settings), sampler_(sampler), pixel_(pixel), tile_(tile), counts_(counts), data_(settings.data, scene, record) {}
+  CameraPath(const Scene& scene, const PathSettings& settings, Sampler sampler, uint64_t pixel, TilePoints& tile, RayCounts& counts,
+             float* record)
+      : scene_(scene), settings_(settings), sampler_(sampler), pixel_(pixel), tile_(tile), counts_(counts),
+        data_(settings.data, scene, record) {}
 
   CameraSample follow(float pixel_x, float pixel_y) {
     ray_ = first_ray(pixel_x, pixel_y);
@@ -89,7 +91,7 @@ class CameraPath {
     if (final_) return pass_through(s, transparency);
     const Bsdf bsdf = scene_.bsdf(s);
     const LobeChoice choice(bsdf, transparency, wo);
-    data_.meet_surface(s, bsdf, choice, transparency, wo, beta_, camera_ray_);
+    data_.meet_surface(s, bsdf, transparency, wo, beta_, camera_ray_);
     const Sample4 u = sampler_.next();
     add_direct_light(s, bsdf, choice, wo, u);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "color.h"
 #include "pass_info.h"
 #include "status.h"
 
@@ -92,18 +93,11 @@ void DataRecorder::see_surface(const SurfacePoint& s, const Bsdf& bsdf, Vec3 tra
 
 // Denoisers want to know what is seen in a mirror, not that there is one: where three quarters of what a surface scatters go by specular
 // lobes, the path goes on for its features.
-void DataRecorder::follow_features(const Bsdf& bsdf, const LobeChoice& choice, Vec3 transparency, Vec3 wo) {
+void DataRecorder::follow_features(const Bsdf& bsdf, Vec3 transparency, Vec3 wo) {
   Vec3 rough, specular = transparency;
-  float rough_share = 0, share = choice.through;
-  for (int i = 0; i < bsdf.count; ++i) {
-    const Lobe& lobe = bsdf[i];
-    const float probability = choice.probability[static_cast<size_t>(i)];
-    const bool is_rough = lobe.diffuse() || lobe.alpha > kSpecularAlpha;
-    (is_rough ? rough : specular) += albedo(lobe, bsdf.at, wo);
-    rough_share += is_rough ? probability : 0;
-    share += probability;
-  }
-  if (share == 0 || rough_share * 4 > share)
+  for (const Lobe& lobe : bsdf) (lobe.diffuse() || lobe.alpha > kSpecularAlpha ? rough : specular) += albedo(lobe, bsdf.at, wo);
+  const float share = luminance(rough + specular);
+  if (share == 0 || luminance(rough) * 4 > share)
     note_features(rough, share > 0 ? face_toward(bsdf.at.frame.n, wo) : Vec3{});
   else
     feature_ *= specular;

@@ -5,7 +5,6 @@
 #include <array>
 #include <cstdint>
 
-#include "path.h"
 #include "scene.h"
 #include "sppm/sppm.h"
 
@@ -70,11 +69,10 @@ class DataRecorder {
     if (denoising_) add(SPPM_PASS_DENOISING_ALBEDO, value * feature_);
   }
   // A surface before the path has made its choice there; `throughput` is that of the path, up to it.
-  void meet_surface(const SurfacePoint& s, const Bsdf& bsdf, const LobeChoice& choice, Vec3 transparency, Vec3 wo, Vec3 throughput,
-                    bool seen) {
+  void meet_surface(const SurfacePoint& s, const Bsdf& bsdf, Vec3 transparency, Vec3 wo, Vec3 throughput, bool seen) {
     if (!record_) return;
     if (seen) see_surface(s, bsdf, transparency, wo, throughput);
-    if (denoising_) follow_features(bsdf, choice, transparency, wo);
+    if (denoising_) follow_features(bsdf, transparency, wo);
   }
   // The path waits for photons here and goes no further for the features.
   void stop_features(const Bsdf& bsdf, Vec3 wo);
@@ -84,7 +82,7 @@ class DataRecorder {
     if (float* at = passes_.find(pass, record_)) at[0] += value.x, at[1] += value.y, at[2] += value.z;
   }
   void see_surface(const SurfacePoint& s, const Bsdf& bsdf, Vec3 transparency, Vec3 wo, Vec3 throughput);
-  void follow_features(const Bsdf& bsdf, const LobeChoice& choice, Vec3 transparency, Vec3 wo);
+  void follow_features(const Bsdf& bsdf, Vec3 transparency, Vec3 wo);
   void note_features(Vec3 albedo, Vec3 normal);
 
   const DataPasses& passes_;

@@ -75,6 +75,7 @@ void Materials::visit_lobes(const Material& material, const SurfaceAttributes& a
       lobe.alpha = alpha_of(lobe);
       lobe.multiple_scattering = lobe.alpha > 0 ? c.multiple_scattering : nullptr;
       lobe.multiple_scattering_inside = c.multiple_scattering_inside;
+      lobe.directional = lobe.alpha > 0 && !lobe.separable ? c.cover : nullptr;
       lobe.covers = covers;
       add(lobe);
     }

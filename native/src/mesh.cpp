@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "status.h"
 
 namespace sppm {
 namespace {
 
-// The plane of a needle, whose edges are nearly parallel, is known worse by the ratio of their product to its area; beyond the last
+// A plane whose edges at the first corner are nearly parallel is known worse by the ratio of their product to the area; beyond the last
 // ratio it is not known at all.
 constexpr float kNeedleUlps = 2 * 0x1p-23f, kLargestNeedle = 1e4f;
 
@@ -26,6 +27,35 @@ Triples copy_triples(const uint32_t* data, uint64_t count, uint64_t limit, const
     }
   return triples;
 }
+
+// The longest edge of a triangle, which `corner` does not touch, over the height that stands on it.
+struct Slenderness {
+  size_t corner = 0;
+  float aspect = 0;
+  double area = 0;
+};
+
+Slenderness slenderness_of(const std::array<Vec3, 3>& p) {
+  const auto edge = [&](size_t corner) { return p[(corner + 2) % 3] - p[(corner + 1) % 3]; };
+  std::array<float, 3> lengths;
+  const float size = max_component(max(abs(edge(0)), max(abs(edge(1)), abs(edge(2)))));
+  if (!(size > 0 && std::isfinite(size))) return {};
+  for (size_t k = 0; k < 3; ++k) lengths[k] = length(edge(k) / size);
+  Slenderness found;
+  found.corner = static_cast<size_t>(std::max_element(lengths.begin(), lengths.end()) - lengths.begin());
+  const float doubled = length(cross(edge((found.corner + 1) % 3) / size, edge((found.corner + 2) % 3) / size));
+  found.aspect = square(lengths[found.corner]) / doubled;
+  found.area = 0.5 * static_cast<double>(doubled) * static_cast<double>(size) * static_cast<double>(size);
+  return found;
+}
+
+// A plane is computed from the two edges at the first corner, by the ray tracer as here, with an error of a few roundings times the
+// product of their lengths over the area: between a needle's long sides that is its aspect, where its short side meets them it is 1.
+// What is less slender than this keeps its order, and so the bits of its pictures.
+constexpr float kTurned = 256;
+// A ray may slip between two triangles so slender. Where such make up more than this share of a mesh they are seen.
+constexpr float kLeaking = 1e4f;
+constexpr double kSeenShare = 1e-3;
 
 // A zero or non-finite normal cannot be used; (0, 0, 1) with the consistency test of shading is no worse than what was given.
 PackedDirection pack_safely(const float* n) {
@@ -113,17 +143,36 @@ void Mesh::transform(const Affine& to_world) {
 }
 
 void Mesh::make_facets(const Threads& threads) {
+  constexpr uint64_t kBlock = 1 << 14;
   facets.resize(indices.size());
-  threads.for_blocks(facets.size(), 1 << 14, [&](uint64_t begin, uint64_t end) {
+  std::vector<double> areas(facets.size() / kBlock + 1), leaking(areas.size());  // of each block
+  threads.for_blocks(facets.size(), kBlock, [&](uint64_t begin, uint64_t end) {
     for (uint64_t t = begin; t < end; ++t) {
+      const Slenderness shape = slenderness_of(corner_positions(t));
+      areas[begin / kBlock] += shape.area;
+      if (shape.aspect > kLeaking) leaking[begin / kBlock] += shape.area;
+      if (shape.aspect > kTurned) turn(t, shape.corner);
       Facet& facet = facets[t];
-      for (size_t k = 0; k < 3; ++k) {
-        facet.p[k] = positions[indices[t][k]];
-        if (smooth) facet.normals[k] = normals[corners[t][k]];
-      }
+      facet.p = corner_positions(t);
+      if (smooth)
+        for (size_t k = 0; k < 3; ++k) facet.normals[k] = normals[corners[t][k]];
       facet.plane = plane_of(facet.p);
     }
   });
+  needles = std::reduce(leaking.begin(), leaking.end()) > kSeenShare * std::reduce(areas.begin(), areas.end());
+}
+
+std::array<Vec3, 3> Mesh::corner_positions(uint64_t triangle) const {
+  const auto& [a, b, c] = indices[triangle];
+  return {positions[a], positions[b], positions[c]};
+}
+
+void Mesh::turn(uint64_t triangle, size_t first) {
+  const auto to_front = [first](std::array<uint32_t, 3>& three) {
+    std::rotate(three.begin(), three.begin() + static_cast<std::ptrdiff_t>(first), three.end());
+  };
+  to_front(indices[triangle]);
+  if (!corners.empty()) to_front(corners[triangle]);
 }
 
 void Mesh::keep_facets_only() {

@@ -52,15 +52,21 @@ struct Mesh {
   uint32_t slot_count = 1;
   bool smooth = false;
   LargeVector<Facet> facets;  // see `make_facets`
+  bool needles = false;       // so slender, so much of it, that the ray tracer must take care; known with the facets
 
   Bounds bounds;
 
   void transform(const Affine& to_world);
+  // Before anything refers to corners by their number: those of slender triangles are put in another order.
   void make_facets(const Threads& threads);
   // Gives up what facets are made of, where they will not be made again.
   void keep_facets_only();
   uint32_t slot(uint32_t triangle) const { return slots.empty() ? 0 : slots[triangle]; }
   uint64_t memory() const;
+
+ private:
+  std::array<Vec3, 3> corner_positions(uint64_t triangle) const;
+  void turn(uint64_t triangle, size_t first);  // the corner `first` becomes the first one, the winding stays
 };
 
 }  // namespace sppm

@@ -86,3 +86,39 @@ TEST_CASE("packed directions are off by less than 7e-5 radians") {
   for (const Vec3 v : {Vec3{1, 0, 0}, Vec3{0, -1, 0}, Vec3{0, 0, -1}, Vec3{0, 0, 1}})
     CHECK(length(unpack_direction(pack_direction(v)) - v) < 7e-5f);
 }
+
+TEST_CASE("slender triangles begin at their short side or their flat corner, others stay as they are") {
+  constexpr float kThin = 1e-6f;
+  // A needle and a cap, each from every corner, and two triangles that are no slivers.
+  const float positions[] = {0, 0, 0, 1, 0, 0, 0, kThin, 0, 0.5f, kThin, 0, 0, 1, 0};
+  const uint32_t indices[] = {0, 1, 2, 1, 2, 0, 2, 0, 1, 0, 1, 3, 1, 3, 0, 3, 0, 1, 0, 1, 4, 1, 4, 0};
+  SppmMeshDesc d = triangle();
+  d.positions = positions, d.vertex_count = 5, d.indices = indices, d.triangle_count = 8;
+  std::array<float, 10> uvs{};
+  d.corner_uvs = uvs.data(), d.corner_count = 5, d.corners = indices;
+  Mesh mesh(d);
+  mesh.make_facets(Threads(1));
+  using Corners = std::array<uint32_t, 3>;
+  for (size_t t = 0; t < 3; ++t) CHECK(mesh.indices[t][0] != 1);  // the short side is from 0 to 2; which of its ends, rounding decides
+  for (size_t t = 3; t < 6; ++t) CHECK(mesh.indices[t] == Corners{3, 0, 1});
+  CHECK(mesh.indices[6] == Corners{0, 1, 4});
+  CHECK(mesh.indices[7] == Corners{1, 4, 0});
+  CHECK(mesh.corners == mesh.indices);
+  for (const Facet& facet : mesh.facets) CHECK(facet.plane.normal == Vec3{0, 0, 1});
+}
+
+TEST_CASE("the ray tracer takes care where needles are a part of a mesh that is seen") {
+  const float positions[] = {0, 0, 0, 1, 0, 0, 0, 1e-5f, 0, 0, 1, 0, 0.5f, 0, 0};
+  const uint32_t indices[] = {0, 1, 2, 0, 1, 3, 0, 1, 4};  // a needle, a triangle, and one without area
+  const auto has_needles = [&](uint64_t first, uint64_t count) {
+    SppmMeshDesc d = triangle();
+    d.positions = positions, d.vertex_count = 5, d.indices = indices + 3 * first, d.triangle_count = count;
+    Mesh mesh(d);
+    mesh.make_facets(Threads(1));
+    return mesh.needles;
+  };
+  CHECK(has_needles(0, 1));
+  CHECK_FALSE(has_needles(0, 3));
+  CHECK_FALSE(has_needles(1, 2));
+  CHECK_FALSE(has_needles(2, 1));
+}

@@ -7,7 +7,7 @@ import pytest
 from scenes import (Scene, at, box, diffuse, emission, floor, furnished_room, glass, grey, look_at, mirror, quad, render,
                     render_all)
 from sppm import native
-from sppm.scene_desc import ClosureDesc, ClosureType, InstanceFlags, LightType, MaterialDesc, MeshDesc, Param
+from sppm.scene_desc import ClosureDesc, ClosureFlags, ClosureType, InstanceFlags, LightType, MaterialDesc, MeshDesc, Param
 
 DATA = ("Depth", "Normal", *native.PASS_NAMES[8:])
 CHANNELS = {"Normal": 3, "Position": 3, "UV": 3, "Emission": 3, "Environment": 3, "Diffuse Color": 3, "Denoising Albedo": 3,
@@ -168,6 +168,19 @@ def test_half_a_mirror_is_no_mirror():
             np.testing.assert_allclose(albedo, expected, rtol=1e-5)
         else:
             assert albedo.mean() > 0.6, "the white sky, as the mirror shows it"
+
+
+@pytest.mark.parametrize("angle", [0, 60, 80])
+@pytest.mark.parametrize("roughness", [0.3, 0.6, 1.0])
+def test_albedo_of_a_rough_coat_is_what_it_reflects_of_an_even_sky(roughness, angle):
+    """Within 4 %: it is read from a table of 16 x 16 places."""
+    flags = ClosureFlags.ATTENUATE | ClosureFlags.PRESERVE_ENERGY
+    coat = ClosureDesc(ClosureType.COAT, flags, color=Param(grey(1)), roughness=Param(grey(roughness)), ior=1.5)
+    t = np.radians(angle)
+    view = look_at((np.sin(t), 0, np.cos(t)), (0, 0, 0), up=(0, 1, 0))
+    scene = Scene(1.0).add(floor(100), coat, diffuse(0.0)).camera(view, 0.01)
+    found = render_all(scene, iterations=256)
+    assert found["Denoising Albedo"].mean() == pytest.approx(found["Combined"][..., :3].mean(), rel=0.04)
 
 
 # ---------------------------------------------------------------- holdouts, and what the camera does not see

@@ -263,28 +263,6 @@ def test_vertex_at_the_end_of_the_world(value, closure):
     assert 0.4 < picture.mean() < 2
 
 
-@pytest.mark.parametrize(("aspect", "bound"), [(1e3, 0.01), (1e4, 0.05)])
-def test_needles(aspect, bound):
-    """A tilted floor of slivers is that floor.
-
-    The ray tracer knows the plane of a sliver to about aspect x length x 6e-8 only; where that nears its width, neighbours shadow
-    it.
-    """
-    count = 2000
-    edges = np.linspace(-1, 1, count + 1)
-    length = aspect * 2 / count
-    points = np.array([(x, y, 0) for x in edges for y in (-length, length)])
-    turn = look_at((0.5, 0.3, 1.0), (0, 0, 0))[:, :3]
-    triangles = np.array([t for i in range(0, 2 * count, 2) for t in ((i, i + 2, i + 3), (i, i + 3, i + 1))], np.uint32)
-    view = look_at(turn @ (0, 0, 3), (0, 0, 0))
-    scene = Scene(world=1).add(((points @ turn.T).astype(np.float32), triangles), diffuse(RHO)).camera(view, 0.2)
-    found = render_all(scene, iterations=64)
-    # Vertices are rounded by length 6e-8, on a width of 2 / count: that much the slivers themselves are tilted.
-    tilt = length * 6e-8 / (2 / count)
-    assert np.allclose(found["Normal"].mean((0, 1)), turn[:, 2], atol=1e-4 + 4 * tilt)
-    assert found["Combined"][..., :3].mean() == pytest.approx(RHO, rel=bound)
-
-
 def test_coincident_diffuse_faces_are_one():
     """Twice the same floor, and two floors of other triangles in the same plane."""
     one = Scene().add(floor(1), diffuse(RHO)).light(LightType.POINT, at(0, 0, 1), 1).above(0.9, 0.5)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scenes import DOWN, SPLITS, Scene, at, box, check, diffuse, floor, fresnel, glass, grey, means, slab_transmittance, sphere, sun_frame
+from scenes import DOWN, Scene, at, box, check, diffuse, floor, fresnel, glass, grey, means, slab_transmittance, sphere, sun_frame
 from sppm.scene_desc import ClosureDesc, ClosureFlags, ClosureType, LightType, Param
 
 RHO = 0.5
@@ -70,7 +70,8 @@ def test_glossy_floor_sees_the_sun_through_a_plate(roughness, angle, indirect):
 
     Off by what the plate throws back of the floor's light, less than 0.08 of 0.05, and by how the transmittance changes over the sun.
     """
-    satin = ClosureDesc(ClosureType.CONDUCTOR, color=Param(grey(0.05)), color2=Param(grey(0.05)), roughness=Param(grey(roughness)))
+    color = Param(grey(0.05))
+    satin = ClosureDesc(ClosureType.CONDUCTOR, color=color, color2=color, roughness=Param(grey(roughness)))
     settings = dict(iterations=32, photons_per_iteration=5000, initial_radius=0.1, indirect=indirect)
     open_air = Scene().add(floor(1), satin).light(LightType.SUN, DOWN, 3, angle=angle).above(0.4, 0.3)
     covered = Scene().add(floor(1), satin).add(box((-0.8, -0.8, 0.5), (0.8, 0.8, 0.6)), glass(IOR)).above(0.4, 0.3)
