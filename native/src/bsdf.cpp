@@ -107,16 +107,7 @@ Vec3 energy_factor(const Lobe& lobe, float cos_theta) {
   return splat(1) + Vec3{series(average.x), series(average.y), series(average.z)} * ((1 - e) / e);
 }
 
-// What a coat above lets through, seen from the camera side.
-float under_cover(const Lobe& lobe, float cosine) {
-  float left = 1;
-  for (const Cover& c : lobe.covers)
-    if (c.table) left *= std::max(0.0f, 1 - c.share * c.table->albedo(cosine, c.roughness));
-  return left;
-}
-float under_cover(const Lobe& lobe, Vec3 wo_local) {
-  return under_cover(lobe, std::abs(wo_local.z));
-}
+float under_cover(const Lobe& lobe, Vec3 wo_local) { return under_covers(lobe.covers, std::abs(wo_local.z)); }
 
 // Disney's diffuse (Burley 2012) without sheen; local directions on the same side.
 float retro_diffuse(Vec3 wo, Vec3 wi, float roughness) {
@@ -188,6 +179,13 @@ std::optional<BsdfSample> sample_about_normal(const Lobe& lobe, const ShadingPoi
                                               Transport transport);
 
 }  // namespace
+
+float under_covers(const Covers& covers, float cosine) {
+  float left = 1;
+  for (const Cover& c : covers)
+    if (c.table) left *= std::max(0.0f, 1 - c.share * c.table->albedo(cosine, c.roughness));
+  return left;
+}
 
 float fresnel_dielectric(float cos_theta, float eta) {
   const float c = std::clamp(cos_theta, 0.0f, 1.0f);
@@ -293,7 +291,7 @@ Vec3 albedo(const Lobe& lobe, const ShadingPoint& at, Vec3 given_world) {
 float estimated_albedo(const Lobe& lobe, const ShadingPoint& at, Vec3 given_world) {
   const float c = std::abs(dot(given_world, at.frame.n));
   const float weight = luminance(lobe.weight);
-  const float cover = under_cover(lobe, c);
+  const float cover = under_covers(lobe.covers, c);
   switch (lobe.type) {
     case LobeType::kDiffuse:
     case LobeType::kRetroDiffuse: return weight * cover * luminance(lobe.color);

@@ -23,6 +23,10 @@ struct Cover {
   const AlbedoTable* table = nullptr;
   float roughness = 0, share = 1;
 };
+// One over the other.
+using Covers = std::array<Cover, 2>;
+// What share of the light from below they let through toward the camera's side, seen at this cosine to the shading normal.
+float under_covers(const Covers& covers, float cosine);
 
 struct Lobe {
   LobeType type = LobeType::kDiffuse;
@@ -36,7 +40,7 @@ struct Lobe {
   bool separable = false;    // masking and shadowing independent; Fresnel shares of glass at the shading normal
   const AlbedoTable* multiple_scattering = nullptr;        // gives back lost energy if set
   const AlbedoTable* multiple_scattering_inside = nullptr; // the same where light is seen from inside a dielectric
-  std::array<Cover, 2> covers;                             // the coats that lie above, if any
+  Covers covers;                                           // the coats that lie above, if any
 
   bool diffuse() const { return type == LobeType::kDiffuse || type == LobeType::kRetroDiffuse; }
   bool smooth() const { return !diffuse() && alpha == 0; }

@@ -115,7 +115,7 @@ typedef enum SppmClosureType {
   SPPM_COAT = 4,        /* reflection of a dielectric of index `ior`, tint `color`; lies over the closures after it in the list, up to
                          * the next coat, with ATTENUATE over the share `color2` (its luminance) of them */
   SPPM_TRANSPARENT = 5, /* light goes straight on, times `color` */
-  SPPM_EMISSION = 6     /* radiance `color` [W m^-2 sr^-1] from both sides */
+  SPPM_EMISSION = 6     /* radiance `color` [W m^-2 sr^-1] from both sides, less what a coat over it takes */
 } SppmClosureType;
 
 typedef enum SppmClosureFlags {
