@@ -51,7 +51,8 @@ def principled_clearcoat(walk, node, new):
         return []
     roughness = walk.scalar(principled_input(node, "Clearcoat Roughness"))
     if not new:  # Cycles 3.4 multiplies by 1/4 and takes nothing from what is below
-        return [ClosureDesc(ClosureType.COAT, weight=walk.algebra.multiply(weight, gray(0.25)), roughness=roughness)]
+        quarter = walk.algebra.multiply(weight, gray(0.25))
+        return [ClosureDesc(ClosureType.COAT, ClosureFlags.CLEARCOAT, weight=quarter, roughness=roughness)]
     warn_if_tinted(walk, node, "Coat Tint")
     ior = max(walk.number(node.inputs["Coat IOR"]), 1.0)
     return [ClosureDesc(ClosureType.COAT, ClosureFlags.ATTENUATE, weight=weight, color2=weight, roughness=roughness, ior=ior)]

@@ -24,8 +24,9 @@ float ggx_g2(Vec3 a, Vec3 b, float alpha) {
 }
 
 // Share of microfacets that neither direction hides.
-float visible_share(const Lobe& lobe, Vec3 a, Vec3 b) {
-  return lobe.separable ? ggx_g1(a, lobe.alpha) * ggx_g1(b, lobe.alpha) : ggx_g2(a, b, lobe.alpha);
+float visible_share(const Lobe& lobe, Vec3 wo, Vec3 wi) {
+  if (lobe.clearcoat) return ggx_g1(wo, lobe.alpha) * ggx_g1(wi, kClearcoatAlpha);
+  return lobe.separable ? ggx_g1(wo, lobe.alpha) * ggx_g1(wi, lobe.alpha) : ggx_g2(wo, wi, lobe.alpha);
 }
 
 // Normals visible from w (w.z > 0): Dupuy and Benyoub 2023, spherical caps.

@@ -38,6 +38,7 @@ struct Lobe {
   float ior = 1;         // inside over outside
   bool edge_by_ior = false;  // conductor: color2 is reached as a dielectric of index `ior` reaches 1
   bool separable = false;    // masking and shadowing independent; Fresnel shares of glass at the shading normal
+  bool clearcoat = false;    // the light's side is masked as at kClearcoatAlpha, as Cycles before 4.0 samples its clearcoat
   const AlbedoTable* multiple_scattering = nullptr;        // gives back lost energy if set
   const AlbedoTable* multiple_scattering_inside = nullptr; // the same where light is seen from inside a dielectric
   Covers covers;                                           // the coats that lie above, if any
@@ -101,6 +102,8 @@ class AlbedoTable {
   std::array<float, kSize> averages_;
 };
 
+// How Cycles before 4.0 masks its clearcoat, however rough it is.
+inline constexpr float kClearcoatAlpha = 0.25f;
 // GGX roughness below this acts as a mirror: the lobe is narrower than float directions resolve.
 inline constexpr float kSmallestAlpha = 1e-4f;
 

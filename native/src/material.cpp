@@ -67,6 +67,7 @@ void Materials::visit_lobes(const Material& material, const SurfaceAttributes& a
       lobe.ior = c.ior;
       lobe.edge_by_ior = c.flags & SPPM_CLOSURE_EDGE_BY_IOR;
       lobe.separable = c.flags & SPPM_CLOSURE_SEPARABLE;
+      lobe.clearcoat = c.flags & SPPM_CLOSURE_CLEARCOAT;
       lobe.alpha = alpha_of(lobe);
       lobe.multiple_scattering = lobe.alpha > 0 ? c.multiple_scattering : nullptr;
       lobe.multiple_scattering_inside = c.multiple_scattering_inside;

@@ -435,7 +435,7 @@ def test_principled_clearcoat(bench):
     principled(bench, Clearcoat=0.8, Clearcoat_Roughness=0.1)
     coat, *rest = bench.export()
     assert coat.type is ClosureType.COAT and close(coat.weight.value[0], 0.8 if V2 else 0.2) and close(coat.ior, 1.5)
-    assert types(rest) == ["COAT", "DIFFUSE"] and bool(coat.flags & ClosureFlags.ATTENUATE) == V2
+    assert types(rest) == ["COAT", "DIFFUSE"] and coat.flags == (ClosureFlags.ATTENUATE if V2 else ClosureFlags.CLEARCOAT)
     assert bool(rest[0].flags & ClosureFlags.UNDER_COAT) == V2
     assert not V2 or close(coat.color2.value[0], 0.8)  # of what lies below is under it
 
