@@ -5,8 +5,7 @@ is a `Param` (constant times texture); what cannot be said so is replaced by the
 
 Limits that come from the closures:
  - A texture used as a number (roughness, factor) counts by its first channel, not by its luminance.
- - A COAT covers all that follows in the list, so where two covered shaders are mixed, what stands before the second one's coat is
-   also dimmed by the first coat; uncovered shaders are put in front and stay exact.
+ - A glossy layer mixed by Fresnel over a shader that has coats of its own covers only what stands before the first of those.
 """
 
 from collections.abc import Callable

@@ -47,13 +47,10 @@ def scaled(walk, closures, factor: Param):
     return [replace(c, weight=walk.algebra.multiply(c.weight, factor)) for c in closures]
 
 
-def covers(closures) -> bool:
-    return any(c.flags & ClosureFlags.ATTENUATE for c in closures)
-
-
 def joined(first, second):
-    """Both lists, the one without a covering coat in front."""
-    return second + first if covers(first) and not covers(second) else first + second
+    """Both lists, what has no coat over it in front: a coat covers what follows, up to the next one."""
+    coats = [next((i for i, c in enumerate(part) if c.flags & ClosureFlags.ATTENUATE), len(part)) for part in (first, second)]
+    return first[:coats[0]] + second[:coats[1]] + first[coats[0]:] + second[coats[1]:]
 
 
 def emission_of(walk, color_socket, strength_socket):

@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 from .compat_nodes import principled_input, principled_is_v2
-from .material_params import ONE, ZERO, gray, in_unit, is_zero
+from .material_params import ONE, gray, in_unit, is_zero
 from .nodes_closure import (
     diffuse,
     emission_of,
@@ -28,7 +28,7 @@ def principled_bsdf(walk, node):
     opaque = algebra.multiply(not_metal, algebra.one_minus(transmission))
 
     clearcoat = principled_clearcoat(walk, node, new)
-    closures = clearcoat + principled_emission(walk, node, new)
+    closures = clearcoat + emission_of(walk, principled_input(node, "Emission"), node.inputs["Emission Strength"])
     if not is_zero(metallic):
         warn_if_tinted(walk, node, "Specular Tint")
         closures += scaled(walk, [principled_metal(walk, node, new, base, roughness)], metallic)
@@ -51,22 +51,11 @@ def principled_clearcoat(walk, node, new):
         return []
     roughness = walk.scalar(principled_input(node, "Clearcoat Roughness"))
     if not new:  # Cycles 3.4 multiplies by 1/4 and takes nothing from what is below
-        return [ClosureDesc(ClosureType.COAT, weight=walk.algebra.multiply(weight, gray(0.25)), roughness=roughness)]
+        quarter = walk.algebra.multiply(weight, gray(0.25))
+        return [ClosureDesc(ClosureType.COAT, ClosureFlags.CLEARCOAT, weight=quarter, roughness=roughness)]
     warn_if_tinted(walk, node, "Coat Tint")
     ior = max(walk.number(node.inputs["Coat IOR"]), 1.0)
     return [ClosureDesc(ClosureType.COAT, ClosureFlags.ATTENUATE, weight=weight, color2=weight, roughness=roughness, ior=ior)]
-
-
-def principled_emission(walk, node, new):
-    """From 4.0 on it shines through the coat, which the library does not dim: here it is dimmed by what the coat reflects
-    straight above.
-    """
-    emission = emission_of(walk, principled_input(node, "Emission"), node.inputs["Emission Strength"])
-    coat = walk.scalar(principled_input(node, "Clearcoat")) if new else ZERO
-    if is_zero(coat):
-        return emission
-    reflected = gray(f0_from_ior(max(walk.number(node.inputs["Coat IOR"]), 1.0)))
-    return scaled(walk, emission, walk.algebra.one_minus(walk.algebra.multiply(coat, reflected)))
 
 
 def principled_metal(walk, node, new, base, roughness):

@@ -86,8 +86,8 @@ def fresnel_mix(walk, under, over, ior):
     if len(under) == 1 and under[0].flags & ClosureFlags.REFRACTION_ONLY and under[0].roughness == gloss.roughness:
         return [replace(under[0], flags=under[0].flags & ~ClosureFlags.REFRACTION_ONLY, color=gloss.color)]
     coat = replace(gloss, type=ClosureType.COAT, flags=gloss.flags | ClosureFlags.ATTENUATE, color2=ONE, ior=ior)
-    dim = gray(1 - f0_from_ior(ior))  # a coat does not dim these two by itself
-    straight = [c for c in under if c.type in (ClosureType.TRANSPARENT, ClosureType.EMISSION)]
+    dim = gray(1 - f0_from_ior(ior))  # a coat does not dim what goes straight through by itself
+    straight = [c for c in under if c.type is ClosureType.TRANSPARENT]
     return [*scaled(walk, straight, dim), coat, *(c for c in under if c not in straight)]
 
 

@@ -61,6 +61,7 @@ class ClosureFlags(IntFlag):
     EDGE_BY_IOR = 16
     SEPARABLE = 32
     UNDER_COAT = 64
+    CLEARCOAT = 128
 
 
 class LightType(IntEnum):

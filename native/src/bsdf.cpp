@@ -27,8 +27,9 @@ float ggx_g2(Vec3 a, Vec3 b, float alpha) {
 }
 
 // Share of microfacets that neither direction hides.
-float visible_share(const Lobe& lobe, Vec3 a, Vec3 b) {
-  return lobe.separable ? ggx_g1(a, lobe.alpha) * ggx_g1(b, lobe.alpha) : ggx_g2(a, b, lobe.alpha);
+float visible_share(const Lobe& lobe, Vec3 wo, Vec3 wi) {
+  if (lobe.clearcoat) return ggx_g1(wo, lobe.alpha) * ggx_g1(wi, kClearcoatAlpha);
+  return lobe.separable ? ggx_g1(wo, lobe.alpha) * ggx_g1(wi, lobe.alpha) : ggx_g2(wo, wi, lobe.alpha);
 }
 
 // Normals visible from w (w.z > 0): Dupuy and Benyoub 2023, spherical caps.
@@ -108,16 +109,7 @@ Vec3 energy_factor(const Lobe& lobe, float cos_theta) {
   return splat(1) + Vec3{series(average.x), series(average.y), series(average.z)} * ((1 - e) / e);
 }
 
-// What a coat above lets through, seen from the camera side.
-float under_cover(const Lobe& lobe, float cosine) {
-  float left = 1;
-  for (const Cover& c : lobe.covers)
-    if (c.table) left *= std::max(0.0f, 1 - c.share * c.table->albedo(cosine, c.roughness));
-  return left;
-}
-float under_cover(const Lobe& lobe, Vec3 wo_local) {
-  return under_cover(lobe, std::abs(wo_local.z));
-}
+float under_cover(const Lobe& lobe, Vec3 wo_local) { return under_covers(lobe.covers, std::abs(wo_local.z)); }
 
 // Disney's diffuse (Burley 2012) without sheen; local directions on the same side.
 float retro_diffuse(Vec3 wo, Vec3 wi, float roughness) {
@@ -189,6 +181,13 @@ std::optional<BsdfSample> sample_about_normal(const Lobe& lobe, const ShadingPoi
                                               Transport transport);
 
 }  // namespace
+
+float under_covers(const Covers& covers, float cosine) {
+  float left = 1;
+  for (const Cover& c : covers)
+    if (c.table) left *= std::max(0.0f, 1 - c.share * c.table->albedo(cosine, c.roughness));
+  return left;
+}
 
 float fresnel_dielectric(float cos_theta, float eta) {
   const float c = std::clamp(cos_theta, 0.0f, 1.0f);
@@ -295,7 +294,7 @@ Vec3 albedo(const Lobe& lobe, const ShadingPoint& at, Vec3 given_world) {
 float estimated_albedo(const Lobe& lobe, const ShadingPoint& at, Vec3 given_world) {
   const float c = std::abs(dot(given_world, at.frame.n));
   const float weight = luminance(lobe.weight);
-  const float cover = under_cover(lobe, c);
+  const float cover = under_covers(lobe.covers, c);
   switch (lobe.type) {
     case LobeType::kDiffuse:
     case LobeType::kRetroDiffuse: return weight * cover * luminance(lobe.color);

@@ -27,6 +27,10 @@ struct Cover {
   const AlbedoTable* table = nullptr;
   float roughness = 0, share = 1;
 };
+// One over the other.
+using Covers = std::array<Cover, 2>;
+// What share of the light from below they let through toward the camera's side, seen at this cosine to the shading normal.
+float under_covers(const Covers& covers, float cosine);
 
 struct Lobe {
   LobeType type = LobeType::kDiffuse;
@@ -38,10 +42,11 @@ struct Lobe {
   float ior = 1;         // inside over outside
   bool edge_by_ior = false;  // conductor: color2 is reached as a dielectric of index `ior` reaches 1
   bool separable = false;    // masking and shadowing independent; Fresnel shares of glass at the shading normal
+  bool clearcoat = false;    // the light's side is masked as at kClearcoatAlpha, as Cycles before 4.0 samples its clearcoat
   const AlbedoTable* multiple_scattering = nullptr;        // gives back lost energy if set
   const AlbedoTable* multiple_scattering_inside = nullptr; // the same where light is seen from inside a dielectric
   const AlbedoTable* directional = nullptr;                // what a rough coat reflects, for passes; else as a smooth one
-  std::array<Cover, 2> covers;                             // the coats that lie above, if any
+  Covers covers;                                           // the coats that lie above, if any
 
   bool diffuse() const { return type == LobeType::kDiffuse || type == LobeType::kRetroDiffuse; }
   bool smooth() const { return !diffuse() && alpha == 0; }
@@ -107,6 +112,8 @@ class AlbedoTable {
   std::array<float, kSize> averages_;
 };
 
+// How Cycles before 4.0 masks its clearcoat, however rough it is.
+inline constexpr float kClearcoatAlpha = 0.25f;
 // GGX roughness below this acts as a mirror: the lobe is narrower than float directions resolve.
 inline constexpr float kSmallestAlpha = 1e-4f;
 

@@ -5,7 +5,7 @@
 namespace sppm {
 namespace {
 
-// A direction in which a surface of constant radiance shines, with cos / pdf [sr].
+// A direction in which a surface shines, about as strongly in each, with cos / pdf [sr].
 struct SurfaceDirection {
   Vec3 direction;
   float cos_over_pdf;
@@ -90,7 +90,7 @@ std::optional<PhotonStart> emit(const EmissiveMesh& mesh, const PhotonAim& aim, 
   const auto sample = sample_surface_direction(origin, normal, aim.targets, u.second(), v[2]);
   if (!sample) return std::nullopt;
   const float weight = 2 * sample->cos_over_pdf * static_cast<float>(t.area) / mesh.choice.probability(i);
-  return PhotonStart{origin, sample->direction, mesh.radiance(t, b) * weight};
+  return PhotonStart{origin, sample->direction, mesh.radiance(t, b, sample->direction) * weight};
 }
 
 std::optional<PhotonStart> emit(const Environment& environment, const PhotonAim& aim, const Sample4& u, float target) {

@@ -8,21 +8,35 @@
 #include "mesh.h"
 
 namespace sppm {
+namespace {
 
 constexpr uint64_t kMostLooks = 1 << 16;  // at the textures of one emitting mesh, to know where it is bright
 
+// The cosine at which a point of a triangle is seen from the unit vector w, to the shading normal.
+float facing(const EmissiveTriangle& t, Vec2 b, Vec3 w) {
+  const Vec3 interpolated = t.normals[0] * (1 - b.x - b.y) + t.normals[1] * b.x + t.normals[2] * b.y;
+  return std::abs(dot(w, shading_normal(interpolated, unit_normal(t.p[1] - t.p[0], t.p[2] - t.p[0]), w)));
+}
+
+}  // namespace
+
 EmissiveMesh::EmissiveMesh(std::vector<EmissiveTriangle> given, const Materials* its_materials)
     : triangles(std::move(given)), materials(its_materials) {
-  // A textured triangle is looked at in a few places, more where triangles are few; the least weight keeps what they missed possible.
+  // A textured triangle is looked at in a few places, a coated one from a few sides, more where triangles are few; the least weight keeps
+  // possible what they missed of a texture.
   const uint64_t looks = std::clamp<uint64_t>(kMostLooks / std::max<size_t>(triangles.size(), 1), 4, 4096);
   std::vector<double> weights;
   for (EmissiveTriangle& t : triangles) {
     for (const Vec3 p : t.p) t.reach = std::max(t.reach, max_component(abs(p)));
     t.area = area_of(t.p);
-    const uint64_t n = materials->textured(t.material) ? looks : 1;
-    double brightness = 0;
-    for (uint64_t k = 0; k < n; ++k)
-      brightness += static_cast<double>(luminance(radiance(t, sample_triangle(Sampler(0, k).next().first()))));
+    const uint64_t n = materials->textured(t.material) || materials->emits_through_coat(t.material) ? looks : 1;
+    const Frame frame(unit_normal(t.p[1] - t.p[0], t.p[2] - t.p[0]));
+    double brightness = 0;  // the mean over area and directions
+    for (uint64_t k = 0; k < n; ++k) {
+      const Sample4 u = Sampler(0, k).next();
+      const Vec3 w = frame.to_world(sample_cosine_hemisphere(u.second()));
+      brightness += static_cast<double>(luminance(radiance(t, sample_triangle(u.first()), w)));
+    }
     weights.push_back(t.area * brightness / static_cast<double>(n));
   }
   double total_area = 0, total = 0;
@@ -43,13 +57,13 @@ LightBounds EmissiveMesh::bounds() const {
   return b;
 }
 
-Vec3 EmissiveMesh::radiance(const EmissiveTriangle& t, Vec2 b) const {
+Vec3 EmissiveMesh::radiance(const EmissiveTriangle& t, Vec2 b, Vec3 w) const {
   const float a = 1 - b.x - b.y;
   SurfaceAttributes at;
   at.uv = {t.attributes[0].uv.x * a + t.attributes[1].uv.x * b.x + t.attributes[2].uv.x * b.y,
            t.attributes[0].uv.y * a + t.attributes[1].uv.y * b.x + t.attributes[2].uv.y * b.y};
   at.color = t.attributes[0].color * a + t.attributes[1].color * b.x + t.attributes[2].color * b.y;
-  return materials->emission(t.material, at);
+  return materials->emission(t.material, at, materials->emits_through_coat(t.material) ? facing(t, b, w) : 1.0f);
 }
 
 std::optional<DirectSample> EmissiveMesh::sample_direct(Vec3 p, Vec2 u, float pick) const {
@@ -66,7 +80,7 @@ std::optional<DirectSample> EmissiveMesh::sample_direct(Vec3 p, Vec2 u, float pi
   const float cosine = std::abs(dot(s.wi, normal));
   if (!(cosine > 0)) return std::nullopt;
   s.pdf = choice.probability(i) * distance2 / (cosine * static_cast<float>(t.area));
-  s.radiance = radiance(t, b);
+  s.radiance = radiance(t, b, -s.wi);
   // The rounding of p, where the ray begins, is carried along to its end.
   const float short_of = clearance(std::max(t.reach, max_component(abs(p))), e1, e2);
   s.end = point + face_toward(normal, -to_point) * short_of;

@@ -19,6 +19,7 @@ struct EmissiveTriangle {
   std::array<Vec3, 3> p;
   std::array<SurfaceAttributes, 3> attributes;
   uint32_t material = 0;
+  std::array<Vec3, 3> normals;  // of the corners, of any length, where what is emitted depends on the direction; 0 if flat
   float reach = 0;  // see `clearance`
   double area = 0;
 
@@ -38,7 +39,8 @@ struct EmissiveMesh {
   bool dark() const { return choice.empty(); }
   double power() const { return 2 * M_PI * choice.total(); }  // luminance [W]
   LightBounds bounds() const;
-  Vec3 radiance(const EmissiveTriangle& triangle, Vec2 barycentric) const;
+  // Toward the unit vector w.
+  Vec3 radiance(const EmissiveTriangle& triangle, Vec2 barycentric, Vec3 w) const;
 
   // Light toward p; the pdf is without the choice of this light. `pick` chooses the triangle.
   std::optional<DirectSample> sample_direct(Vec3 p, Vec2 u, float pick) const;

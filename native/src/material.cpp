@@ -57,21 +57,21 @@ float Materials::caster_strength(const Closure& c) {
 
 template <typename Add>
 void Materials::visit_lobes(const Material& material, const SurfaceAttributes& at, Add add) const {
-  std::array<Cover, 2> covers;
+  Covers covers;
   for (const Closure& c : material.closures) {
     if (!scatters(c.type)) continue;
     const Vec3 weight = max(c.weight.color(*textures_, at), {});
-    const float roughness = std::clamp(c.roughness.scalar(*textures_, at), 0.0f, 1.0f);
     if (!is_black(weight)) {
       Lobe lobe;
       lobe.type = lobe_type(c.type, c.flags);
       lobe.weight = weight;
       lobe.color = max(c.color.color(*textures_, at), {});
       lobe.color2 = max(c.color2.color(*textures_, at), {});
-      lobe.roughness = roughness;
+      lobe.roughness = roughness_of(c, at);
       lobe.ior = c.ior;
       lobe.edge_by_ior = c.flags & SPPM_CLOSURE_EDGE_BY_IOR;
       lobe.separable = c.flags & SPPM_CLOSURE_SEPARABLE;
+      lobe.clearcoat = c.flags & SPPM_CLOSURE_CLEARCOAT;
       lobe.alpha = alpha_of(lobe);
       lobe.multiple_scattering = lobe.alpha > 0 ? c.multiple_scattering : nullptr;
       lobe.multiple_scattering_inside = c.multiple_scattering_inside;
@@ -79,11 +79,19 @@ void Materials::visit_lobes(const Material& material, const SurfaceAttributes& a
       lobe.covers = covers;
       add(lobe);
     }
-    if (!c.cover) continue;
-    const bool beneath = c.flags & SPPM_CLOSURE_UNDER_COAT;
-    if (!beneath) covers = {};
-    if (!is_black(weight)) covers[beneath] = {c.cover, roughness, std::clamp(luminance(c.color2.color(*textures_, at)), 0.0f, 1.0f)};
+    if (c.cover) lay(c, at, covers);
   }
+}
+
+void Materials::lay(const Closure& coat, const SurfaceAttributes& at, Covers& covers) const {
+  const bool beneath = coat.flags & SPPM_CLOSURE_UNDER_COAT;
+  if (!beneath) covers = {};
+  if (is_black(max(coat.weight.color(*textures_, at), {}))) return;
+  covers[beneath] = {coat.cover, roughness_of(coat, at), std::clamp(luminance(coat.color2.color(*textures_, at)), 0.0f, 1.0f)};
+}
+
+float Materials::roughness_of(const Closure& c, const SurfaceAttributes& at) const {
+  return std::clamp(c.roughness.scalar(*textures_, at), 0.0f, 1.0f);
 }
 
 uint32_t Materials::add(const SppmMaterialDesc& desc) {
@@ -92,6 +100,7 @@ uint32_t Materials::add(const SppmMaterialDesc& desc) {
   require(desc.closure_count == 0 || desc.closures, name + ": closures is null");
   Material material;
   material.index = desc.index;
+  bool covered = false;
   for (uint64_t i = 0; i < desc.closure_count; ++i) {
     const SppmClosureDesc& c = desc.closures[i];
     const std::string where = name + " closure " + std::to_string(i);
@@ -109,7 +118,9 @@ uint32_t Materials::add(const SppmMaterialDesc& desc) {
     if (closure.multiple_scattering && type == SPPM_DIELECTRIC)
       closure.multiple_scattering_inside = table(lobe_type(type, c.flags), 1 / c.ior);
     if (type == SPPM_COAT && c.flags & SPPM_CLOSURE_ATTENUATE) closure.cover = table(LobeType::kCoat, c.ior);
+    covered |= closure.cover != nullptr;
     material.emits |= type == SPPM_EMISSION;
+    material.emits_through_coat |= type == SPPM_EMISSION && covered;
     material.transparent |= type == SPPM_TRANSPARENT;
     material.caster_strength += caster_strength(closure);
     material.textured |= closure.weight.texture || closure.color.texture || closure.color2.texture || closure.roughness.texture;
@@ -128,10 +139,18 @@ void Materials::lobes(uint32_t id, const SurfaceAttributes& at, Bsdf& bsdf) cons
     bsdf.refer_to(material.lobes);
 }
 
-Vec3 Materials::emission(uint32_t id, const SurfaceAttributes& at) const {
+Vec3 Materials::emission(uint32_t id, const SurfaceAttributes& at, float cosine) const {
+  const Material& material = materials_[id - 1];
   Vec3 sum;
-  for (const Closure& c : materials_[id - 1].closures)
-    if (c.type == SPPM_EMISSION) sum += max(c.weight.color(*textures_, at) * c.color.color(*textures_, at), {});
+  Covers covers;
+  for (const Closure& c : material.closures) {
+    if (c.type == SPPM_EMISSION) {
+      const Vec3 emitted = max(c.weight.color(*textures_, at) * c.color.color(*textures_, at), {});
+      sum += material.emits_through_coat ? emitted * under_covers(covers, cosine) : emitted;
+    } else if (material.emits_through_coat && c.cover) {
+      lay(c, at, covers);
+    }
+  }
   return sum;
 }
 

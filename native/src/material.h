@@ -54,12 +54,14 @@ class Materials {
   size_t count() const { return materials_.size(); }
   // Adds the lobes of `material` to an empty `bsdf` whose `at` is set.
   void lobes(uint32_t material, const SurfaceAttributes& at, Bsdf& bsdf) const;
-  // Radiance that leaves toward either side.
-  Vec3 emission(uint32_t material, const SurfaceAttributes& at) const;
+  // Radiance that leaves toward either side, seen at this cosine to the shading normal.
+  Vec3 emission(uint32_t material, const SurfaceAttributes& at, float cosine) const;
   // What goes straight through.
   Vec3 transparency(uint32_t material, const SurfaceAttributes& at) const;
 
   bool emits(uint32_t material) const { return materials_[material - 1].emits; }
+  // True if what it emits shines through a coat, and so depends on the cosine.
+  bool emits_through_coat(uint32_t material) const { return materials_[material - 1].emits_through_coat; }
   bool transparent(uint32_t material) const { return materials_[material - 1].transparent; }
   // About what share of a lamp's light photons carry on from here, at most; 0 if it throws no caustics.
   float caster_strength(uint32_t material) const { return materials_[material - 1].caster_strength; }
@@ -79,13 +81,16 @@ class Materials {
   struct Material {
     std::vector<Closure> closures;
     std::vector<Lobe> lobes;  // the same at every point, unless textured
-    bool emits = false, transparent = false, textured = false;
+    bool emits = false, emits_through_coat = false, transparent = false, textured = false;
     float caster_strength = 0;
     uint32_t index = 0;
   };
   Param param(const SppmParam& desc, const std::string& where, float largest) const;
   const AlbedoTable* table(LobeType type, float ior);
   static float caster_strength(const Closure& closure);
+  // Changes what lies over the closures before `coat` into what lies over those after it.
+  void lay(const Closure& coat, const SurfaceAttributes& at, Covers& covers) const;
+  float roughness_of(const Closure& closure, const SurfaceAttributes& at) const;
   template <typename Add>
   void visit_lobes(const Material& material, const SurfaceAttributes& at, Add add) const;
 

@@ -27,6 +27,18 @@ struct Plane {
 };
 Plane plane_of(const std::array<Vec3, 3>& triangle);
 
+// The unit shading normal on ng's side of a surface that is seen from the unit vector w, by what is interpolated between the corners. At
+// the rims of smooth meshes that may face away from w, and nothing would scatter that way: it is bent until it just faces w, as much as ng
+// does.
+inline Vec3 shading_normal(Vec3 interpolated, Vec3 ng, Vec3 w) {
+  constexpr float kLeast = 1e-3f;
+  const float size = length(interpolated);
+  if (!(size > 0)) return ng;
+  const Vec3 ns = face_toward(interpolated / size, ng);
+  const float geometric = dot(ng, w), least = std::copysign(std::min(kLeast, std::abs(geometric)), geometric), shading = dot(ns, w);
+  return shading * least >= square(least) ? ns : normalize(ns + w * (least - shading));
+}
+
 // What a hit asks of a triangle, in one line of the cache: memory is what most hits wait for.
 struct alignas(64) Facet {
   std::array<Vec3, 3> p;

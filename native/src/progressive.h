@@ -43,7 +43,8 @@ struct PhotonEstimate {
   }
 
   // Adds an iteration that sent `paths` photons, times the visible points that it had, and found `found` of them with the sum `phi` of
-  // beta_camera f beta within the radius, phi per path sent, and chooses the next radius. `footprint` [m] is a pixel's size there; below `smallest_radius` positions have no digits.
+  // beta_camera f beta within the radius, phi per path sent, and chooses the next radius. `footprint` [m] is a pixel's size there; below
+  // `smallest_radius` positions have no digits.
   void update(uint64_t found, Vec3 phi, uint64_t paths, const RadiusRule& rule, double footprint, float smallest_radius) {
     const double area = M_PI * radius * radius;
     for (int c = 0; c < 3; ++c) radiance_sum[c] += static_cast<double>(phi[c]) / area;

@@ -5,17 +5,6 @@
 #include <cmath>
 
 namespace sppm {
-namespace {
-
-// At the rims of smooth-shaded meshes the interpolated normal may face away from where the surface is seen from, and nothing would scatter
-// that way: it is bent until it just faces w, as much as ng does.
-Vec3 seen_from(Vec3 w, Vec3 ns, Vec3 ng) {
-  constexpr float kLeast = 1e-3f;
-  const float geometric = dot(ng, w), least = std::copysign(std::min(kLeast, std::abs(geometric)), geometric), shading = dot(ns, w);
-  return shading * least >= square(least) ? ns : normalize(ns + w * (least - shading));
-}
-
-}  // namespace
 
 Ray SurfacePoint::spawn_at_border(Vec3 from, Vec3 w, float far) const {
   Touching there = touching;
@@ -49,6 +38,12 @@ float Scene::reach(const Instance& instance, uint32_t triangle) const {
   return largest;
 }
 
+Vec3 Scene::normal(const Facet& facet, const Instance& instance, float u, float v) {
+  const float w = 1 - u - v;
+  const Vec3 n = unpack_direction(facet.normals[0]) * w + unpack_direction(facet.normals[1]) * u + unpack_direction(facet.normals[2]) * v;
+  return instance.identity ? n : instance.transform.normal(n);
+}
+
 SurfaceAttributes Scene::attributes(const Mesh& mesh, uint32_t triangle, float u, float v) const {
   SurfaceAttributes at;
   if (mesh.uvs.empty() && mesh.colors.empty()) return at;
@@ -78,12 +73,7 @@ std::optional<SurfacePoint> Scene::intersect(const Ray& ray) const {
   s.ng = is_black(plane.normal) ? -ray.direction : instance.flip ? -plane.normal : plane.normal;
   s.offset = clearance(instance.identity ? max_component(abs(s.p)) : reach(instance, hit->triangle)) + plane.slack;
   s.ns = s.ng;
-  if (mesh.smooth) {
-    const Vec3 n = unpack_direction(facet.normals[0]) * w + unpack_direction(facet.normals[1]) * u + unpack_direction(facet.normals[2]) * v;
-    const Vec3 world = instance.identity ? n : instance.transform.normal(n);
-    const float world_length = length(world);
-    if (world_length > 0) s.ns = seen_from(-ray.direction, face_toward(world / world_length, s.ng), s.ng);
-  }
+  if (mesh.smooth) s.ns = shading_normal(normal(facet, instance, u, v), s.ng, -ray.direction);
   s.instance = hit->instance, s.triangle = hit->triangle;
   if (hit->t <= ray.touching.reach) s.touching = ray.touching;
   s.material = instance.materials[mesh.slot(hit->triangle)];
@@ -118,9 +108,9 @@ Bsdf Scene::bsdf(const SurfacePoint& s) const {
 EmittedLight Scene::emitted(const SurfacePoint& s, Vec3 wo, Vec3 from, float distance) const {
   const Instance& instance = instances_[s.instance];
   if (instance.light == kNone || instance.light_triangles[s.triangle] == kNone) return {};
-  const float cosine = std::abs(dot(wo, s.ng));
+  const float cosine = std::abs(dot(wo, s.ng)), facing = std::abs(dot(wo, s.ns));
   const float pdf_area = lights.triangle_pdf_area(instance.light, instance.light_triangles[s.triangle], from);
-  return {materials.emission(s.material, s.attributes), cosine > 0 ? pdf_area * square(distance) / cosine : 0.0f};
+  return {materials.emission(s.material, s.attributes, facing), cosine > 0 ? pdf_area * square(distance) / cosine : 0.0f};
 }
 
 SppmSceneInfo Scene::info() const {

@@ -133,6 +133,8 @@ class Scene {
   std::vector<Caster> casters_of(const Instance& instance) const;
   void commit_lights();
   SurfaceAttributes attributes(const Mesh& mesh, uint32_t triangle, float u, float v) const;
+  // Interpolated between the corners of a smooth mesh, in world space, of any length.
+  static Vec3 normal(const Facet& facet, const Instance& instance, float u, float v);
   std::array<Vec3, 3> vertices(const Instance& instance, uint32_t triangle) const;
   float reach(const Instance& instance, uint32_t triangle) const;  // of the coordinates that `vertices` computes with
 

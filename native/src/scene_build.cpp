@@ -138,8 +138,14 @@ void Scene::collect_emitters(Instance& instance) {
     const uint32_t material = instance.materials[mesh.slot(t)];
     if (!materials.emits(material)) continue;
     instance.light_triangles[t] = static_cast<uint32_t>(triangles.size());
-    triangles.push_back({vertices(instance, t), {attributes(mesh, t, 0, 0), attributes(mesh, t, 1, 0), attributes(mesh, t, 0, 1)}, material,
-                         reach(instance, t)});
+    EmissiveTriangle& added = triangles.emplace_back();
+    added.p = vertices(instance, t);
+    added.attributes = {attributes(mesh, t, 0, 0), attributes(mesh, t, 1, 0), attributes(mesh, t, 0, 1)};
+    added.material = material;
+    added.reach = reach(instance, t);
+    if (!mesh.smooth || !materials.emits_through_coat(material)) continue;
+    const Facet& facet = mesh.facets[t];
+    added.normals = {normal(facet, instance, 0, 0), normal(facet, instance, 1, 0), normal(facet, instance, 0, 1)};
   }
   if (triangles.empty()) return;
   if (instance.light == kNone)

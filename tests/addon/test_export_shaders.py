@@ -171,3 +171,20 @@ def test_uncovered_shaders_stand_before_coats(bench):
     covered = bench.mix(bench.node("Fresnel").outputs[0], bench.node("BsdfDiffuse"), glossy)
     bench.mix(0.5, covered, bench.node("BsdfGlass"))
     assert types(bench.export()) == ["DIELECTRIC", "COAT", "DIFFUSE"]
+
+
+def test_of_two_coated_shaders_neither_coat_covers_the_other(bench):
+    """The second one's emission has no coat over it, nor has what it is added to."""
+    add = bench.node("AddShader")
+    shiny = bench.mix(bench.node("Fresnel").outputs[0], bench.node("BsdfDiffuse"), bench.node("BsdfGlossy"))
+    glowing = bench.node("BsdfPrincipled", Emission=RED, Emission_Strength=1.0)
+    for shader, socket in zip((shiny, glowing), add.inputs):
+        bench.link(shader.outputs[0], socket)
+    bench.surface(add)
+    assert types(bench.export()) == ["EMISSION", "COAT", "DIFFUSE", "COAT", "DIFFUSE"]
+
+
+def test_emission_mixed_by_fresnel_is_under_the_coat(bench):
+    bench.mix(bench.node("Fresnel").outputs[0], bench.node("Emission"), bench.node("BsdfGlossy"))
+    coat, emission = bench.export()
+    assert types((coat, emission)) == ["COAT", "EMISSION"] and emission.weight.value == (1, 1, 1)

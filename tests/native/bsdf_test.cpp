@@ -42,6 +42,8 @@ std::vector<Lobe> rough_lobes() {
       lobes.push_back(make_lobe(type, roughness));
       lobes.back().separable = true;
     }
+    lobes.push_back(make_lobe(LobeType::kCoat, roughness));
+    lobes.back().clearcoat = true;
   }
   return lobes;
 }
@@ -152,6 +154,7 @@ TEST_CASE("lobes are reciprocal, transmission after division by the squared inde
   std::uniform_real_distribution<float> uniform(-1, 1);
   for (const Lobe& lobe : rough_lobes()) {
     if (lobe.separable && lobe.type == LobeType::kDielectric) continue;  // its Fresnel factor is the camera side's
+    if (lobe.clearcoat) continue;                                       // masked otherwise on the light's side
     for (int i = 0; i < 200; ++i) {
       const Vec3 a = direction(uniform(random), uniform(random) * kPi), b = direction(uniform(random), uniform(random) * kPi);
       if (std::abs(a.z) < 0.05f || std::abs(b.z) < 0.05f) continue;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "closures.h"
 #include "light.h"
 
 namespace sppm {
@@ -68,6 +69,15 @@ struct Rig {
     SppmMaterialDesc d{};
     d.struct_size = sizeof d;
     d.closure_count = 1, d.closures = &c;
+    return materials.add(d);
+  }
+  // The same under a smooth coat of index 1.5 that covers all of it.
+  uint32_t coated_glow(float radiance) {
+    SppmClosureDesc c[] = {closure(SPPM_COAT, 1), closure(SPPM_EMISSION, radiance)};
+    c[0].flags = SPPM_CLOSURE_ATTENUATE;
+    SppmMaterialDesc d{};
+    d.struct_size = sizeof d;
+    d.closure_count = 2, d.closures = c;
     return materials.add(d);
   }
   EmissiveTriangle triangle(Vec3 a, Vec3 b, Vec3 c, uint32_t material) const {

@@ -246,6 +246,34 @@ TEST_CASE("emissive triangles shine to both sides in proportion to area and emis
   check_photons_bring_irradiance(rig.lights, 0);
 }
 
+TEST_CASE("photons of an emitter under a coat carry what is seen of it from everywhere") {
+  // The mean that the coat leaves of the light to a side, by Fresnel's formula: 2 integral of (1 - F) cos d cos.
+  double left = 0;
+  constexpr int n = 1000;
+  for (int i = 0; i < n; ++i) {
+    const double cosine = (i + 0.5) / n;
+    left += 2 * (1 - static_cast<double>(fresnel_dielectric(static_cast<float>(cosine), 1.5f))) * cosine / n;
+  }
+  Rig rig;
+  const uint32_t glow = rig.coated_glow(2);
+  const EmissiveTriangle a = rig.triangle({-1, -1, 2}, {1, -1, 2}, {1, 1, 2}, glow);
+  rig.lights.add_triangles({a, rig.triangle(a.p[0], a.p[2], {-1, 1, 2}, glow)});
+  rig.commit(1.4f);
+  const double power = 2 * M_PI * 4 * 2 * left;
+  CHECK(close(static_cast<double>(emitted_power(rig.lights).x), power) < 2e-3);  // the coat's table is linear in between its cosines
+  CHECK(close(rig.lights.power(), power) < 2e-3);
+  check_photons_bring_irradiance(rig.lights, 1.4f);  // mostly at grazing angles
+}
+
+TEST_CASE("photons and direct light agree on a coat that is smooth between bent corners") {
+  Rig rig;
+  EmissiveTriangle a = rig.triangle({-1, -1, 2}, {1, -1, 2}, {1, 1, 2.5f}, rig.coated_glow(2));
+  a.normals = {Vec3{-0.8f, -0.3f, 0.5f}, Vec3{1, -1, 0.2f}, Vec3{0.5f, 2, 0.7f}};
+  rig.lights.add_triangles({a});
+  rig.commit(1.4f);
+  check_photons_bring_irradiance(rig.lights, 1.4f);
+}
+
 TEST_CASE("a lamp that scattered rays do not meet leaves all of its light to direct light") {
   for (const uint32_t flag : {SPPM_LIGHT_HIDDEN_FROM_SPECULAR, SPPM_LIGHT_NO_SHADOW})
     for (auto d : all_lamps()) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "accel.h"
+#include "closures.h"
 #include "sampling.h"
 #include "status.h"
 
@@ -48,16 +49,14 @@ Shape sphere(Vec3 center, uint32_t rows, float radius = 1) {
   return s;
 }
 
-uint32_t add_material(Scene& scene, SppmClosureType type, float color) {
-  SppmClosureDesc c{};
-  c.struct_size = sizeof c;
-  c.type = type;
-  for (int i = 0; i < 3; ++i) c.weight.value[i] = 1, c.color.value[i] = color;
+uint32_t add_material(Scene& scene, const std::vector<SppmClosureDesc>& closures) {
   SppmMaterialDesc m{};
   m.struct_size = sizeof m;
-  m.closure_count = 1, m.closures = &c;
+  m.closure_count = closures.size(), m.closures = closures.data();
   return scene.materials.add(m);
 }
+
+uint32_t add_material(Scene& scene, SppmClosureType type, float color) { return add_material(scene, {closure(type, color)}); }
 
 void add_instance(Scene& scene, uint32_t mesh, uint32_t material, const Affine& transform) {
   SppmInstanceDesc d{};
@@ -216,6 +215,41 @@ TEST_CASE("rays respect their ends") {
   CHECK(scene.intersect({origin, down, 0, 4.1f})->p.z > 0);
   CHECK(scene.intersect({origin, down, 4.5f, 10})->p.z < 0);
   CHECK_FALSE(scene.intersect({origin, down, 7, 10}));
+}
+
+TEST_CASE("a smooth emitter under a coat looks the same whether a ray meets it or it is sampled as a light") {
+  for (const bool turned : {false, true})
+    for (const bool mirrored : {false, true}) {
+      CAPTURE(turned);
+      CAPTURE(mirrored);
+      Scene scene;
+      const Shape ball = sphere({}, 6);
+      SppmMeshDesc desc = ball.desc();
+      desc.corner_count = desc.vertex_count, desc.corners = desc.indices, desc.corner_normals = desc.positions;
+      const uint32_t mesh = scene.add_mesh(desc);
+      std::vector<SppmClosureDesc> closures{closure(SPPM_COAT, 1), closure(SPPM_EMISSION, 1)};
+      closures[0].flags = SPPM_CLOSURE_ATTENUATE;
+      const uint32_t glow = add_material(scene, closures);
+      const Affine place = turn_scale_move({mirrored ? -1.0f : 1.0f, 2, 0.7f}, {});
+      add_instance(scene, mesh, glow, place);
+      if (turned) add_instance(scene, mesh, glow, turn_scale_move({1, 1, 1}, {0, 0, 5}));  // then neither is moved to world space
+      commit(scene);
+      std::mt19937 random(4);
+      std::uniform_real_distribution<float> uniform(-1, 1);
+      float least = 1, most = 0;
+      for (uint64_t i = 0; i < 2000; ++i) {
+        const Vec3 from = normalize(Vec3{uniform(random), uniform(random), uniform(random)}) * 4;
+        const auto light = scene.lights.sample_direct(from, Sampler(6, i).next());
+        REQUIRE(light);
+        const auto s = scene.intersect({from, light->wi});
+        if (!s || std::abs(length(s->p - from) - light->distance) > 1e-4f) continue;  // it shines from the other side
+        const float seen = scene.emitted(*s, -light->wi, from, light->distance).radiance.x;
+        CHECK(light->radiance.x == doctest::Approx(seen).epsilon(2e-3));
+        least = std::min(least, seen), most = std::max(most, seen);
+      }
+      CHECK(least < 0.8f);
+      CHECK(most > 0.95f);
+    }
 }
 
 TEST_CASE("shadow rays reach an emitting triangle from anywhere, and see what is just in front of it") {

@@ -68,7 +68,8 @@ def test_camera_and_photons_see_the_same_plate():
 def test_glossy_floor_sees_the_sun_through_a_plate(roughness, angle, indirect):
     """As it sees it without the plate, dimmed by what the plate lets through: by photons, by chance, or by both.
 
-    Off by what the plate throws back of the floor's light, less than 0.08 of 0.05, and by how the transmittance changes over the sun.
+    Off by what the plate throws back of the floor's light, less than 0.08 of 0.05, and by how the transmittance changes over
+    the sun.
     """
     color = Param(grey(0.05))
     satin = ClosureDesc(ClosureType.CONDUCTOR, color=color, color2=color, roughness=Param(grey(roughness)))

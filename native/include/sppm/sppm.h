@@ -115,7 +115,7 @@ typedef enum SppmClosureType {
   SPPM_COAT = 4,        /* reflection of a dielectric of index `ior`, tint `color`; lies over the closures after it in the list, up to
                          * the next coat, with ATTENUATE over the share `color2` (its luminance) of them */
   SPPM_TRANSPARENT = 5, /* light goes straight on, times `color` */
-  SPPM_EMISSION = 6     /* radiance `color` [W m^-2 sr^-1] from both sides */
+  SPPM_EMISSION = 6     /* radiance `color` [W m^-2 sr^-1] from both sides, less what a coat over it takes */
 } SppmClosureType;
 
 typedef enum SppmClosureFlags {
@@ -126,7 +126,8 @@ typedef enum SppmClosureFlags {
   SPPM_CLOSURE_EDGE_BY_IOR = 16, /* CONDUCTOR: goes from `color` to `color2` as a dielectric of index `ior` does, not as Schlick has it */
   SPPM_CLOSURE_SEPARABLE = 32, /* rough DIELECTRIC, CONDUCTOR, COAT as in Cycles before 4.0: masking and shadowing are independent, and
                                  the shares of reflection and transmission are those at the shading normal toward the camera's side */
-  SPPM_CLOSURE_UNDER_COAT = 64 /* COAT with ATTENUATE: lies beneath the one before it, which covers what follows as well */
+  SPPM_CLOSURE_UNDER_COAT = 64, /* COAT with ATTENUATE: lies beneath the one before it, which covers what follows as well */
+  SPPM_CLOSURE_CLEARCOAT = 128  /* rough COAT as Principled before 4.0 has its clearcoat: the light's side is masked as by alpha 0.25 */
 } SppmClosureFlags;
 
 typedef struct SppmClosureDesc {
