@@ -6,6 +6,8 @@
 namespace sppm {
 namespace {
 
+// Direct light up to the visible point takes 2^bits samples: a shadow ray costs a fraction of the path that comes with it.
+constexpr uint32_t kLightSampleBits = 2;
 constexpr uint64_t kCameraStream = 0x63616d657261;  // tells a pixel's samples from a photon's
 
 class CameraPath {
@@ -62,7 +64,7 @@ class CameraPath {
 
   // What the path brings of a light that the ray meets; `pass` shows it if the camera sees it.
   Vec3 met(const EmittedLight& light, SppmPass pass) {
-    const Vec3 value = beta_ * light.radiance * (share_ * (mis_pdf_ > 0 ? mis_weight(mis_pdf_, light.pdf_solid_angle) : 1.0f));
+    const Vec3 value = beta_ * light.radiance * (share_ * (mis_pdf_ > 0 ? mis_weight(mis_pdf_, light_samples_ * light.pdf_solid_angle) : 1.0f));
     data_.meet_light(value, pass, camera_ray_);
     return value;
   }
@@ -92,10 +94,7 @@ class CameraPath {
     const Bsdf bsdf = scene_.bsdf(s);
     const LobeChoice choice(bsdf, transparency, wo);
     data_.meet_surface(s, bsdf, transparency, wo, beta_, camera_ray_);
-    const Sample4 u = sampler_.next();
-    add_direct_light(s, bsdf, choice, wo, u);
-
-    float pick = u[3];
+    float pick = add_direct_light(s, bsdf, choice, wo);
     const int chosen = choice.choose(bsdf, pick);
     if (chosen == LobeChoice::kNothing) return Next::kEnd;
     if (chosen == LobeChoice::kThrough) {
@@ -149,21 +148,35 @@ class CameraPath {
     return true;
   }
 
-  // Direct light by a sample of the lights. Each rough lobe shares it with the direction that the path would take by that lobe.
-  void add_direct_light(const SurfacePoint& s, const Bsdf& bsdf, const LobeChoice& choice, Vec3 wo, const Sample4& u) {
-    if (!bsdf.rough()) return;
+  // Direct light by samples of the lights. Returns a number of the sampler's that they have left.
+  float add_direct_light(const SurfacePoint& s, const Bsdf& bsdf, const LobeChoice& choice, Vec3 wo) {
+    const uint32_t bits = waiting_ || !bsdf.rough() ? 0 : kLightSampleBits;
+    light_samples_ = static_cast<float>(1u << bits);
+    if (bits == 0) {
+      const Sample4 u = sampler_.next();
+      if (bsdf.rough()) add_light_sample(s, bsdf, choice, wo, u);
+      return u[3];
+    }
+    for (uint32_t i = 0; i < 1u << bits; ++i) add_light_sample(s, bsdf, choice, wo, sampler_.split(i, bits).next());
+    sampler_.skip();
+    return sampler_.next()[3];
+  }
+
+  // Each rough lobe shares the light with the direction that the path would take by that lobe.
+  void add_light_sample(const SurfacePoint& s, const Bsdf& bsdf, const LobeChoice& choice, Vec3 wo, const Sample4& u) {
     const auto light = scene_.lights.sample_direct(s.p, u);
     if (!light) return;
+    const float density = light_samples_ * light->pdf;
     Vec3 f;
     for (int i = 0; i < bsdf.count; ++i) {
       const Lobe& lobe = bsdf[i];
       const Vec3 value = evaluate(lobe, bsdf.at, wo, light->wi);
       if (is_black(value)) continue;
       const float other = choice.probability[static_cast<size_t>(i)] * pdf_solid_angle(lobe, bsdf.at, wo, light->wi);
-      f += value * (share_of_paths(lobe) * (light->delta ? 1.0f : mis_weight(light->pdf, other)));
+      f += value * (share_of_paths(lobe) * (light->delta ? 1.0f : mis_weight(density, other)));
     }
     if (is_black(f)) return;
-    Vec3 value = beta_ * f * light->radiance * (std::abs(dot(light->wi, bsdf.at.frame.n)) / light->pdf);
+    Vec3 value = beta_ * f * light->radiance * (std::abs(dot(light->wi, bsdf.at.frame.n)) / density);
     if (light->casts_shadow) {
       value *= scene_.transmittance(light->end ? s.spawn_to(*light->end) : s.spawn(light->wi, light->distance), counts_.shadow);
     }
@@ -220,6 +233,7 @@ class CameraPath {
   Vec3 beta_{1, 1, 1};
   float index_scale_ = 1;    // takes the eta^2 out of beta again
   float mis_pdf_ = 0;        // of the last scattered direction; 0: direct light had no part in it
+  float light_samples_ = 1;  // of direct light at the surface where that was
   Vec3 scattered_at_;        // where the ray got its direction
   float since_scatter_ = 0;  // distance from there to where it has come
   Vec3* sum_ = &sample_.direct;  // where light goes that the ray meets

@@ -3,6 +3,8 @@
 // The samples of one light carry no choice of it: where `choice` is asked for, it is the probability of this light among all.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "light_sample.h"
@@ -25,6 +27,11 @@ struct Lamp {
   bool sun() const { return type == SPPM_LIGHT_SUN; }
   // True if it has a size, so that a ray could meet it.
   bool sized() const { return sun() ? one_minus_cos > 0 : radius > 0 || area > 0; }
+  // True if it is so small beside a scene of this radius, or a sun so narrow, that a scattered ray hardly ever meets it by way of glass.
+  bool small_in(float scene_radius) const {
+    constexpr float kSunCap = 0.004f, kShare = 0.03f;  // 1 - cos of 5 degrees; half the lamp's size over that of the scene
+    return sun() ? one_minus_cos < kSunCap : std::max(radius, 0.5f * static_cast<float>(std::sqrt(area))) < kShare * scene_radius;
+  }
   // True for lamps whose light on rough surfaces is direct light's alone: a scattered ray would not meet them, or be shadowed.
   bool direct_only() const { return flags & (SPPM_LIGHT_HIDDEN_FROM_SPECULAR | SPPM_LIGHT_NO_SHADOW); }
 

@@ -82,7 +82,7 @@ void Lights::commit(const Bounds& bounds, Targets targets) {
 std::vector<double> Lights::build_entries() {
   entries_.clear(), lamp_entry_.clear(), mesh_entry_.clear();
   sized_lamps_.clear(), suns_.clear();
-  without_size_ = false;
+  small_ = without_size_ = false;
   std::vector<double> powers;
   const auto add = [&](Kind kind, uint32_t index, double power) {
     entries_.push_back({kind, index});
@@ -93,6 +93,7 @@ std::vector<double> Lights::build_entries() {
     const Lamp& lamp = lamps_[i];
     const double power = lamp.power(radius_);
     lamp_entry_.push_back(add(Kind::kLamp, i, power));
+    small_ |= power > 0 && lamp.small_in(radius_);
     without_size_ |= power > 0 && !lamp.sized();
     if (power > 0 && lamp.sized() && !(lamp.flags & SPPM_LIGHT_HIDDEN_FROM_SPECULAR)) (lamp.sun() ? suns_ : sized_lamps_).push_back(i);
   }

@@ -41,6 +41,8 @@ class Lights {
   double power() const { return power_; }  // luminance [W]
   // True if a ray could meet a light by chance, so that sampling directions for direct light has a point.
   bool can_be_met() const { return met_; }
+  // True if some lamp is so small beside the scene, or a sun so narrow, that scattered rays hardly ever meet it.
+  bool any_small() const { return small_; }
   // True if some lamp is a point or a parallel beam.
   bool any_without_size() const { return without_size_; }
 
@@ -109,7 +111,7 @@ class Lights {
   std::vector<uint32_t> far_entries_;
   Targets targets_;
   bool met_ = false;
-  bool without_size_ = false;
+  bool small_ = false, without_size_ = false;
 
   Vec3 center_;
   float radius_ = 0;  // of the scene's bounding sphere

@@ -97,6 +97,12 @@ struct FilterTable {
 Sampler::Sampler(uint64_t stream, uint64_t index)
     : seed_(hash64(hash64(stream, index >> 32) + 0x9e3779b97f4a7c15u)), reversed_index_(reverse_bits(static_cast<uint32_t>(index))) {}
 
+Sampler Sampler::split(uint32_t i, uint32_t bits) const {
+  Sampler part = *this;
+  part.reversed_index_ = reversed_index_ >> bits | reverse_bits(i);
+  return part;
+}
+
 Sample4 Sampler::at(uint32_t group) const {
   const uint64_t h = hash64(seed_ ^ group);
   const uint32_t i = scramble_upward(reversed_index_, static_cast<uint32_t>(h));

@@ -35,6 +35,10 @@ class Sampler {
   // The next four dimensions.
   Sample4 next() { return at(group_++); }
   Sample4 at(uint32_t group) const;
+  // Number i of 2^bits samplers, each at the same dimensions, whose points are stratified together.
+  Sampler split(uint32_t i, uint32_t bits) const;
+  // Leaves out four dimensions: those of the samplers above.
+  void skip() { ++group_; }
 
  private:
   uint64_t seed_;  // a hash

@@ -123,7 +123,9 @@ void Session::plan_budget(const RayCounts& camera, std::span<const PhotonBatch> 
 void Session::iterate(SppmProgress& done) {
   if (scene_->moves()) scene_->set_time(pass_time(settings_.seed, iteration_), threads_);
   const std::vector<PhotonBatch> batches = plan_batches();
-  path_.ask_at_glossy = std::ranges::any_of(batches, [](const PhotonBatch& b) { return b.emission == Emission::kSpecular; });
+  path_.ask_at_glossy = scene_->lights.any_small() && std::ranges::any_of(batches, [](const PhotonBatch& b) {
+    return b.emission == Emission::kSpecular;
+  });
   path_.without_size = scene_->lights.any_without_size();
   RayCounts camera;
   {

@@ -64,7 +64,7 @@ def test_camera_and_photons_see_the_same_plate():
 
 
 @pytest.mark.parametrize("indirect", ["PHOTONS", "PATHS"])
-@pytest.mark.parametrize(("roughness", "angle"), [(0.15, 0.0), (0.3, 0.0), (1.0, 0.0), (0.5, 0.02), (0.2, 0.5), (0.25, 0.5)])
+@pytest.mark.parametrize(("roughness", "angle"), [(0.15, 0.0), (0.3, 0.0), (1.0, 0.0), (0.5, 0.02), (0.25, 0.17)])
 def test_glossy_floor_sees_the_sun_through_a_plate(roughness, angle, indirect):
     """As it sees it without the plate, dimmed by what the plate lets through: by photons, by chance, or by both.
 
