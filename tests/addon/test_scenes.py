@@ -43,7 +43,8 @@ def assert_as_on_other_versions(name, means):
     """Compares with what other versions of Blender with the same library left in build/test/scenes.
 
     Random numbers are the same in every version, so only rounding differs, and what rounding sends another way: a part of 8x8
-    pixels may differ by 5 %, the picture by 1 %.
+    pixels may differ by 5 %, the picture by 1 %. The Principled BSDF of 4.0 is another one than those before: the red ball of
+    dof_ortho, Lambert below a dimming layer instead of Disney's diffuse, has 5.2 % less there, so 7 % across that border.
     """
     from sppm import native_library
 
@@ -54,4 +55,5 @@ def assert_as_on_other_versions(name, means):
     for other in folder.glob(f"{name}-*.npy"):
         theirs = np.load(other)
         assert means.mean() == pytest.approx(theirs.mean(), rel=0.01), other.name
-        assert means == pytest.approx(theirs, rel=0.05, abs=0.01 * theirs.mean()), other.name
+        same_principled = (int(other.stem.removeprefix(f"{name}-").split(".")[0]) < 4) == (bpy.app.version < (4, 0, 0))
+        assert means == pytest.approx(theirs, rel=0.05 if same_principled else 0.07, abs=0.01 * theirs.mean()), other.name
