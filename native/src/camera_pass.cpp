@@ -64,7 +64,8 @@ class CameraPath {
 
   // What the path brings of a light that the ray meets; `pass` shows it if the camera sees it.
   Vec3 met(const EmittedLight& light, SppmPass pass) {
-    const Vec3 value = beta_ * light.radiance * (share_ * (mis_pdf_ > 0 ? mis_weight(mis_pdf_, light_samples_ * light.pdf_solid_angle) : 1.0f));
+    const float weight = mis_pdf_ > 0 ? mis_weight(mis_pdf_, light_samples_ * light.pdf_solid_angle) : 1.0f;
+    const Vec3 value = beta_ * light.radiance * (share_ * weight);
     data_.meet_light(value, pass, camera_ray_);
     return value;
   }
@@ -187,7 +188,7 @@ class CameraPath {
   float share_of_paths(const Lobe& lobe) const { return 1 - asked_ * lobe.photon_share(); }
 
   void ask_for_caustics(const SurfacePoint& s, const Bsdf& bsdf, const Lobe& lobe, Vec3 wo, float probability) {
-    const float share = lobe.asked_share(settings_.without_size);
+    const float share = lobe.asked_share(scene_.lights.any_without_size());
     if (share == 0) return;
     tile_.glossy.push_back({visible_point(s, bsdf, lobe, wo, probability), pixel_});
     tile_.glossy.back().point.caustic_share *= share;
@@ -212,7 +213,7 @@ class CameraPath {
       vp.lobe = static_cast<uint32_t>(tile_.lobes.size());
       tile_.lobes.push_back(lobe);
       // The point's frame is turned toward wo, so glass seen from inside is glass of the inverse index there.
-      if (dot(wo, s.ng) < 0 && (lobe.type == LobeType::kDielectric || lobe.type == LobeType::kRefraction)) {
+      if (dot(wo, s.ng) < 0 && transmits(lobe.type)) {
         tile_.lobes.back().ior = 1 / lobe.ior;
         std::swap(tile_.lobes.back().multiple_scattering, tile_.lobes.back().multiple_scattering_inside);
       }

@@ -22,7 +22,6 @@ struct PathSettings {
   bool transparent_film = false;
   bool trace_indirect = false;  // camera paths go on behind their visible point
   bool ask_at_glossy = false;   // glossy surfaces ask for caustic photons, which carry Lobe::photon_share
-  bool without_size = false;    // some of these come from lamps without a size, see Lobe::asked_share
   DataPasses data;
 };
 

@@ -22,11 +22,6 @@ Vec3 unit_axis(const Affine& m, int column, const std::string& where) {
   return a / l;
 }
 
-float smoothstep(float x) {
-  const float t = std::clamp(x, 0.0f, 1.0f);
-  return t * t * (3 - 2 * t);
-}
-
 // 1 - cos(angle), exact for small angles.
 float versine(float angle) { return 2 * square(std::sin(angle / 2)); }
 
@@ -112,7 +107,7 @@ Vec3 Lamp::spot_factor(float cos_theta) const {
   if (type != SPPM_LIGHT_SPOT) return {1, 1, 1};
   const float inside = cos_theta - cos_half;
   if (inside <= 0) return {};
-  const float edge = blend > 0 ? smoothstep(inside / (one_minus_cos * blend)) : 1.0f;
+  const float edge = blend > 0 ? smooth_step(0, 1, inside / (one_minus_cos * blend)) : 1.0f;
   return splat(flags & SPPM_LIGHT_SPOT_COSINE ? edge * std::max(cos_theta, 0.0f) : edge);
 }
 

@@ -68,7 +68,7 @@ Session::Session(std::shared_ptr<Scene> scene, const SppmSettings& settings)
       settings_(checked(settings)),
       snapshot_path_(settings.snapshot_path ? settings.snapshot_path : ""),
       path_{settings.seed, settings.max_depth, static_cast<float>(settings.filter_width), settings.pixel_filter == SPPM_BOX,
-            settings.transparent_film != 0, false, false, false, DataPasses(settings)},
+            settings.transparent_film != 0, false, false, DataPasses(settings)},
       indirect_(static_cast<SppmIndirect>(settings.indirect)),
       threads_(settings.threads),
       film_(pixels(), path_.data) {
@@ -126,7 +126,6 @@ void Session::iterate(SppmProgress& done) {
   path_.ask_at_glossy = scene_->lights.any_small() && std::ranges::any_of(batches, [](const PhotonBatch& b) {
     return b.emission == Emission::kSpecular;
   });
-  path_.without_size = scene_->lights.any_without_size();
   RayCounts camera;
   {
     const Stopwatch watch(done.seconds_camera);
