@@ -17,8 +17,9 @@ TABS = {"Ball": ("RENDER", "VIEW_LAYER", "WORLD", "OBJECT", "MATERIAL"), "Point"
 
 def main():
     """From a timer, once the window is there."""
-    from sppm import ui
+    from sppm import engine, ui
 
+    without_previews(engine.SppmRenderEngine)
     for cls in ui._CLASSES:
         if hasattr(cls, "draw_properties"):
             keep_when_drawn(cls)
@@ -40,6 +41,15 @@ def main():
         print("DRAWN", name)
     sys.stdout.flush()
     bpy.ops.wm.quit_blender()
+
+
+def without_previews(engine):
+    """An operator that Python calls with a context of its own reads it without the interpreter's lock wherever another thread runs
+    Python, and the small picture of the material tab does: Blender then crashes by chance, in what only this script does.
+    """
+    bpy.utils.unregister_class(engine)
+    engine.bl_use_preview = False
+    bpy.utils.register_class(engine)
 
 
 drawn_panels = set()
