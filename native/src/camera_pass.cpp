@@ -95,7 +95,8 @@ class CameraPath {
     const Bsdf bsdf = scene_.bsdf(s);
     const LobeChoice choice(bsdf, transparency, wo);
     data_.meet_surface(s, bsdf, transparency, wo, beta_, camera_ray_);
-    float pick = add_direct_light(s, bsdf, choice, wo);
+    const uint32_t light_bits = waiting_ || !bsdf.rough() ? 0 : kLightSampleBits;
+    float pick = add_direct_light(s, bsdf, choice, wo, light_bits);
     const int chosen = choice.choose(bsdf, pick);
     if (chosen == LobeChoice::kNothing) return Next::kEnd;
     if (chosen == LobeChoice::kThrough) {
@@ -124,6 +125,7 @@ class CameraPath {
     if (!next || is_black(next->weight)) return Next::kEnd;
     beta_ *= next->weight / probability;
     mis_pdf_ = next->smooth ? 0 : next->pdf_solid_angle * probability;
+    light_samples_ = static_cast<float>(1u << light_bits);
     ray_ = lobe.diffuse() ? s.spawn(next->direction) : s.spawn_at_border(wo, next->direction);
     scattered_at_ = ray_.origin;
     since_scatter_ = ray_.touching.reach;
@@ -150,24 +152,23 @@ class CameraPath {
   }
 
   // Direct light by samples of the lights. Returns a number of the sampler's that they have left.
-  float add_direct_light(const SurfacePoint& s, const Bsdf& bsdf, const LobeChoice& choice, Vec3 wo) {
-    const uint32_t bits = waiting_ || !bsdf.rough() ? 0 : kLightSampleBits;
-    light_samples_ = static_cast<float>(1u << bits);
+  float add_direct_light(const SurfacePoint& s, const Bsdf& bsdf, const LobeChoice& choice, Vec3 wo, uint32_t bits) {
+    const auto samples = static_cast<float>(1u << bits);
     if (bits == 0) {
       const Sample4 u = sampler_.next();
-      if (bsdf.rough()) add_light_sample(s, bsdf, choice, wo, u);
+      if (bsdf.rough()) add_light_sample(s, bsdf, choice, wo, u, samples);
       return u[3];
     }
-    for (uint32_t i = 0; i < 1u << bits; ++i) add_light_sample(s, bsdf, choice, wo, sampler_.split(i, bits).next());
+    for (uint32_t i = 0; i < 1u << bits; ++i) add_light_sample(s, bsdf, choice, wo, sampler_.split(i, bits).next(), samples);
     sampler_.skip();
     return sampler_.next()[3];
   }
 
   // Each rough lobe shares the light with the direction that the path would take by that lobe.
-  void add_light_sample(const SurfacePoint& s, const Bsdf& bsdf, const LobeChoice& choice, Vec3 wo, const Sample4& u) {
+  void add_light_sample(const SurfacePoint& s, const Bsdf& bsdf, const LobeChoice& choice, Vec3 wo, const Sample4& u, float samples) {
     const auto light = scene_.lights.sample_direct(s.p, u);
     if (!light) return;
-    const float density = light_samples_ * light->pdf;
+    const float density = samples * light->pdf;
     Vec3 f;
     for (int i = 0; i < bsdf.count; ++i) {
       const Lobe& lobe = bsdf[i];
@@ -234,7 +235,7 @@ class CameraPath {
   Vec3 beta_{1, 1, 1};
   float index_scale_ = 1;    // takes the eta^2 out of beta again
   float mis_pdf_ = 0;        // of the last scattered direction; 0: direct light had no part in it
-  float light_samples_ = 1;  // of direct light at the surface where that was
+  float light_samples_ = 1;  // of direct light where that was scattered
   Vec3 scattered_at_;        // where the ray got its direction
   float since_scatter_ = 0;  // distance from there to where it has come
   Vec3* sum_ = &sample_.direct;  // where light goes that the ray meets

@@ -179,6 +179,19 @@ def test_nothing_but_lamps():
     assert not render_all(scene.camera(at(0, 0, 3), 0.2))["Combined"][..., :3].any()
 
 
+@pytest.mark.parametrize("indirect", ["PATHS", "PHOTONS"])
+@pytest.mark.parametrize("material", [diffuse(0.6), metal(1, roughness=0.6)], ids=["diffuse", "rough metal"])
+def test_clear_sheet_changes_no_direct_light(material, indirect):
+    """What a path meets behind a clear surface is weighed against the light samples where it was scattered."""
+    def lit(with_sheet):
+        scene = Scene().add(floor(0.5), material).add(floor(1.0, z=2.0), emission(1))
+        return (scene.add(floor(5.0, z=1.0), transparent(1)) if with_sheet else scene).above(0.9, 0.1)
+
+    bare, covered = (means(lit(sheet), "Direct", seeds=4, iterations=64, photons_per_iteration=10, indirect=indirect)
+                     for sheet in (False, True))
+    check(covered, bare.mean())
+
+
 def test_many_transparent_sheets():
     """More of them than light is followed through: it counts as stopped, not as lost in an endless path."""
     for count, seen in ((50, True), (1000, False)):
