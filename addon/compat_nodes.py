@@ -20,8 +20,8 @@ def principled_is_v2(node: bpy.types.Node) -> bool:
     return "Specular IOR Level" in node.inputs
 
 
-def microfacets_are_separable() -> bool:
-    """Whether GGX without multiple scattering is Cycles' old one: see ClosureFlags.SEPARABLE."""
+def microfacets_are_of_3_x() -> bool:
+    """Whether microfacets are Cycles' old ones: see SPPM_CLOSURE_SEPARABLE and SPPM_CLOSURE_SMOOTH_ALBEDO in sppm.h."""
     return bpy.app.version < (4, 0, 0)
 
 

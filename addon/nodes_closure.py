@@ -3,7 +3,7 @@
 import math
 from dataclasses import replace
 
-from .compat_nodes import default_is_principled, microfacets_are_separable, principled_input
+from .compat_nodes import default_is_principled, microfacets_are_of_3_x, principled_input
 from .material_params import ZERO, at_least_zero, gray, is_zero
 from .scene_desc import ClosureDesc, ClosureFlags, ClosureType, Param
 
@@ -24,9 +24,11 @@ def default_surface() -> tuple:
 
 
 def microfacet_flags(node) -> ClosureFlags:
+    old = microfacets_are_of_3_x()
+    flags = ClosureFlags.SMOOTH_ALBEDO if old else ClosureFlags.NONE
     if node.distribution == "MULTI_GGX":
-        return ClosureFlags.PRESERVE_ENERGY
-    return ClosureFlags.SEPARABLE if microfacets_are_separable() else ClosureFlags.NONE
+        return flags | ClosureFlags.PRESERVE_ENERGY
+    return flags | ClosureFlags.SEPARABLE if old else flags
 
 
 def roughness_of(walk, node) -> Param:

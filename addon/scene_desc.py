@@ -62,6 +62,7 @@ class ClosureFlags(IntFlag):
     SEPARABLE = 32
     UNDER_COAT = 64
     CLEARCOAT = 128
+    SMOOTH_ALBEDO = 256
 
 
 class LightType(IntEnum):

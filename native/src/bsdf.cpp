@@ -109,6 +109,13 @@ Vec3 energy_factor(const Lobe& lobe, float cos_theta) {
   return splat(1) + Vec3{series(average.x), series(average.y), series(average.z)} * ((1 - e) / e);
 }
 
+// As Cycles has it from 4.0 on: where nothing gives back what is lost between facets, passes do not miss it either.
+Vec3 rough_conductor_albedo(const Lobe& lobe, float cos_theta) {
+  const Vec3 kept = lerp(lobe.color, lobe.color2, lobe.directional->albedo(cos_theta, lobe.roughness));
+  if (!lobe.multiple_scattering) return kept;
+  return kept * lobe.multiple_scattering->albedo(cos_theta, lobe.roughness) * energy_factor(lobe, cos_theta);
+}
+
 float under_cover(const Lobe& lobe, Vec3 wo_local) { return under_covers(lobe.covers, std::abs(wo_local.z)); }
 
 // Disney's diffuse (Burley 2012) without sheen; local directions on the same side.
@@ -284,6 +291,7 @@ Vec3 albedo(const Lobe& lobe, const ShadingPoint& at, Vec3 given_world) {
   const Vec3 weight = lobe.weight * under_cover(lobe, given);
   if (lobe.diffuse() || lobe.type == LobeType::kRefraction) return weight * lobe.color;
   const float c = std::abs(given.z);
+  if (lobe.directional && lobe.type == LobeType::kConductor) return weight * rough_conductor_albedo(lobe, c);
   if (lobe.directional) return weight * lobe.color * lobe.directional->albedo(c, lobe.roughness) * energy_factor(lobe, c);
   const float eta = lobe.type == LobeType::kDielectric && given.z < 0 ? 1 / lobe.ior : lobe.ior;
   Vec3 scattered = reflectance(lobe, c, eta);
@@ -303,51 +311,6 @@ float estimated_albedo(const Lobe& lobe, const ShadingPoint& at, Vec3 given_worl
     case LobeType::kRefraction: return weight * cover * luminance(lobe.color);
     default: return weight * cover * 0.5f * (luminance(lobe.color) + luminance(lobe.color2));
   }
-}
-
-AlbedoTable::AlbedoTable(LobeType type, float ior) {
-  constexpr int kSamples = 256;
-  Lobe lobe;
-  lobe.type = type;
-  lobe.color = lobe.color2 = {1, 1, 1};
-  lobe.ior = ior;
-  const ShadingPoint at{{0, 0, 1}, Frame({0, 0, 1})};
-  for (int i = 0; i < kSize; ++i) {
-    lobe.roughness = static_cast<float>(i) / (kSize - 1);
-    lobe.alpha = std::max(square(lobe.roughness), kSmallestAlpha);
-    for (int j = 0; j < kSize; ++j) {
-      const float c = std::max(static_cast<float>(j) / (kSize - 1), 0.01f);
-      const Vec3 w{std::sqrt(1 - c * c), 0, c};
-      double sum = 0;
-      for (int k = 0; k < kSamples; ++k) {
-        const Sample4 u = Sampler(0, static_cast<uint64_t>(k)).next();
-        // Flux, not radiance, is what must be conserved through an interface.
-        if (const auto s = sample(lobe, at, w, {u[0], u[1], u[2]}, Transport::kPhoton)) sum += s->weight.x;
-      }
-      values_[static_cast<size_t>(i * kSize + j)] = static_cast<float>(sum / kSamples);
-    }
-    float average = 0;  // 2 integral of E(mu) mu, by the middles of the table's intervals
-    for (int j = 0; j + 1 < kSize; ++j) {
-      const auto* row = values_.data() + i * kSize;
-      average += (row[j] + row[j + 1]) * (static_cast<float>(j) + 0.5f) / square(kSize - 1);
-    }
-    averages_[static_cast<size_t>(i)] = average;
-  }
-}
-
-float AlbedoTable::average(float roughness) const {
-  const float y = std::clamp(roughness, 0.0f, 1.0f) * (kSize - 1);
-  const auto j = static_cast<size_t>(std::min(static_cast<int>(y), kSize - 2));
-  const float t = y - static_cast<float>(j);
-  return averages_[j] * (1 - t) + averages_[j + 1] * t;
-}
-
-float AlbedoTable::albedo(float cos_theta, float roughness) const {
-  const float x = std::clamp(cos_theta, 0.0f, 1.0f) * (kSize - 1), y = std::clamp(roughness, 0.0f, 1.0f) * (kSize - 1);
-  const int i = std::min(static_cast<int>(x), kSize - 2), j = std::min(static_cast<int>(y), kSize - 2);
-  const float s = x - static_cast<float>(i), t = y - static_cast<float>(j);
-  const auto at = [&](int a, int b) { return values_[static_cast<size_t>(b * kSize + a)]; };
-  return (at(i, j) * (1 - s) + at(i + 1, j) * s) * (1 - t) + (at(i, j + 1) * (1 - s) + at(i + 1, j + 1) * s) * t;
 }
 
 }  // namespace sppm

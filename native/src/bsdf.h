@@ -45,7 +45,7 @@ struct Lobe {
   bool clearcoat = false;    // the light's side is masked as at kClearcoatAlpha, as Cycles before 4.0 samples its clearcoat
   const AlbedoTable* multiple_scattering = nullptr;        // gives back lost energy if set
   const AlbedoTable* multiple_scattering_inside = nullptr; // the same where light is seen from inside a dielectric
-  const AlbedoTable* directional = nullptr;                // what a rough coat reflects, for passes; else as a smooth one
+  const AlbedoTable* directional = nullptr;  // for passes: what a rough coat reflects, or a conductor's edge(); else as a smooth one
   Covers covers;                                           // the coats that lie above, if any
 
   bool diffuse() const { return type == LobeType::kDiffuse || type == LobeType::kRetroDiffuse; }
@@ -102,11 +102,17 @@ float fresnel_dielectric(float cos_theta, float eta);
 class AlbedoTable {
  public:
   explicit AlbedoTable(LobeType type, float ior);
+  // In place of the albedo of a rough conductor how far it is on its way from `color` to `color2`.
+  static AlbedoTable edge();
   float albedo(float cos_theta, float roughness) const;
   // Its mean over directions, weighted by the cosine.
   float average(float roughness) const;
 
  private:
+  AlbedoTable() = default;
+  template <typename Value>
+  void fill(Value value);
+
   static constexpr int kSize = 16;
   std::array<float, kSize * kSize> values_;
   std::array<float, kSize> averages_;

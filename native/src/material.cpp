@@ -43,6 +43,13 @@ const AlbedoTable* Materials::table(LobeType type, float ior) {
   return slot.get();
 }
 
+const AlbedoTable* Materials::directional_table(const Closure& c) {
+  if (c.flags & SPPM_CLOSURE_SMOOTH_ALBEDO) return nullptr;
+  if (c.type != SPPM_CONDUCTOR || c.flags & SPPM_CLOSURE_EDGE_BY_IOR) return c.cover;
+  if (!edge_table_) edge_table_ = std::make_unique<AlbedoTable>(AlbedoTable::edge());
+  return edge_table_.get();
+}
+
 float Materials::caster_strength(const Closure& c) {
   if (!scatters(c.type)) return 0;
   Lobe lobe;
@@ -75,7 +82,7 @@ void Materials::visit_lobes(const Material& material, const SurfaceAttributes& a
       lobe.alpha = alpha_of(lobe);
       lobe.multiple_scattering = lobe.alpha > 0 ? c.multiple_scattering : nullptr;
       lobe.multiple_scattering_inside = c.multiple_scattering_inside;
-      lobe.directional = lobe.alpha > 0 && !lobe.separable ? c.cover : nullptr;
+      lobe.directional = lobe.alpha > 0 ? c.directional : nullptr;
       lobe.covers = covers;
       add(lobe);
     }
@@ -118,6 +125,7 @@ uint32_t Materials::add(const SppmMaterialDesc& desc) {
     if (closure.multiple_scattering && type == SPPM_DIELECTRIC)
       closure.multiple_scattering_inside = table(lobe_type(type, c.flags), 1 / c.ior);
     if (type == SPPM_COAT && c.flags & SPPM_CLOSURE_ATTENUATE) closure.cover = table(LobeType::kCoat, c.ior);
+    closure.directional = directional_table(closure);
     covered |= closure.cover != nullptr;
     material.emits |= type == SPPM_EMISSION;
     material.emits_through_coat |= type == SPPM_EMISSION && covered;

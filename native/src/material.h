@@ -76,7 +76,8 @@ class Materials {
     float ior;
     const AlbedoTable* multiple_scattering = nullptr;
     const AlbedoTable* multiple_scattering_inside = nullptr;
-    const AlbedoTable* cover = nullptr;  // of a coat, for what lies below
+    const AlbedoTable* cover = nullptr;        // of a coat, for what lies below
+    const AlbedoTable* directional = nullptr;  // as in Lobe
   };
   struct Material {
     std::vector<Closure> closures;
@@ -87,6 +88,7 @@ class Materials {
   };
   Param param(const SppmParam& desc, const std::string& where, float largest) const;
   const AlbedoTable* table(LobeType type, float ior);
+  const AlbedoTable* directional_table(const Closure& closure);
   static float caster_strength(const Closure& closure);
   // Changes what lies over the closures before `coat` into what lies over those after it.
   void lay(const Closure& coat, const SurfaceAttributes& at, Covers& covers) const;
@@ -97,6 +99,7 @@ class Materials {
   const Textures* textures_;
   std::vector<Material> materials_;
   std::map<std::pair<LobeType, float>, std::unique_ptr<AlbedoTable>> tables_;
+  std::unique_ptr<AlbedoTable> edge_table_;
 };
 
 }  // namespace sppm

@@ -8,7 +8,8 @@ from sppm.material_params import ZERO
 from sppm.scene_desc import ClosureFlags, SceneDesc
 
 V2 = bpy.app.version >= (4, 0, 0)
-GGX = ClosureFlags.NONE if V2 else ClosureFlags.SEPARABLE  # without multiple scattering
+OLD = ClosureFlags.NONE if V2 else ClosureFlags.SMOOTH_ALBEDO  # of all microfacets
+GGX = ClosureFlags.NONE if V2 else ClosureFlags.SEPARABLE | OLD  # without multiple scattering
 RED = (0.8, 0.2, 0.1, 1.0)
 
 

@@ -154,30 +154,59 @@ def test_averages_are_those_of_cycles(patches, tmp_path):
             np.testing.assert_allclose(our, their, atol=0.03 if "clear" in kind else 0.01, err_msg=f"{name} of {kind}")
 
 
-ROUGHNESSES = (0.25, 0.4, 0.6, 0.8, 1.0)
+def strips(make, roughnesses, angle):
+    """Strips of a material of these roughnesses in the dark, seen in parallel at so many degrees from straight above.
 
-
-def plastic_floor(angle):
-    """Strips of plastic of these roughnesses in the dark, seen in parallel at so many degrees from straight above."""
-    scene = blender_scene.start(WIDTH, HEIGHT, ITERATIONS)
-    for index, roughness in enumerate(ROUGHNESSES):
+    Smooth ones show the albedo of a white ceiling.
+    """
+    blender_scene.start(WIDTH, HEIGHT, ITERATIONS)
+    make_scenes.add_floor(1e4, make_scenes.diffuse("White", (1.0, 1.0, 1.0)), z=20.0)
+    for index, roughness in enumerate(roughnesses):
         mesh = bpy.data.meshes.new("Strip")
         mesh.from_pydata([(x, index + y, 0) for x, y in ((-99, 0), (99, 0), (99, 1), (-99, 1))], [], [(0, 1, 2, 3)])
-        mesh.materials.append(make_scenes.principled("Plastic", (0.5, 0.3, 0.2), Roughness=roughness))
+        mesh.materials.append(make(roughness))
         bpy.context.collection.objects.link(bpy.data.objects.new("Strip", mesh))
-    middle, t = len(ROUGHNESSES) / 2, np.radians(angle)
+    middle, t = len(roughnesses) / 2, np.radians(angle)
     camera = make_scenes.add_camera((9 * np.sin(t), middle, 9 * np.cos(t)), (0, middle, 0))
-    camera.type, camera.ortho_scale = "ORTHO", len(ROUGHNESSES)
+    camera.type, camera.ortho_scale = "ORTHO", len(roughnesses)
     setattr(*compat.denoising_switch(bpy.context.view_layer), True)
+
+
+def assert_albedos_are_those_of_cycles(folder, count):
+    """Of so many strips, without their borders."""
+    means = [passes["Denoising Albedo"].reshape(HEIGHT, count, -1, 3)[:, :, 3:-3].mean((0, 2)) for passes in both(folder)]
+    np.testing.assert_allclose(*means, atol=0.01)
 
 
 @pytest.mark.parametrize("angle", [20, 60, 75, 85])
 def test_albedo_of_plastic_is_that_of_cycles(empty_scene, tmp_path, angle):
     """What is reflected toward grazing falls with roughness from 4.0 on, by tables, Cycles' and ours; not in 3.4."""
-    plastic_floor(angle)
-    strips = [passes["Denoising Albedo"].reshape(HEIGHT, len(ROUGHNESSES), -1, 3) for passes in both(tmp_path)]
-    means = [pixels[:, :, 3:-3].mean((0, 2)) for pixels in strips]
-    np.testing.assert_allclose(*means, atol=0.01)
+    roughnesses = (0.25, 0.4, 0.6, 0.8, 1.0)
+    strips(lambda roughness: make_scenes.principled("Plastic", (0.5, 0.3, 0.2), Roughness=roughness), roughnesses, angle)
+    assert_albedos_are_those_of_cycles(tmp_path, len(roughnesses))
+
+
+def glossy(color, roughness, distribution):
+    material = make_scenes.node_material("Glossy", "ShaderNodeBsdfGlossy", {"Color": color, "Roughness": roughness})
+    next(n for n in material.node_tree.nodes if n.type == "BSDF_GLOSSY").distribution = distribution
+    return material
+
+
+METALS = {
+    "grey": lambda roughness: make_scenes.metal("Metal", (0.5, 0.5, 0.5), roughness),
+    "tinted": lambda roughness: make_scenes.metal("Metal", (0.9, 0.6, 0.2), roughness),
+    "glossy": lambda roughness: glossy((0.9, 0.6, 0.2), roughness, "MULTI_GGX"),
+    "single scattering": lambda roughness: glossy((0.9, 0.6, 0.2), roughness, "GGX"),
+}
+
+
+@pytest.mark.parametrize("angle", [20, 60, 75, 85])
+@pytest.mark.parametrize("make", METALS.values(), ids=METALS.keys())
+def test_albedo_of_metal_is_that_of_cycles(empty_scene, tmp_path, make, angle):
+    """From 4.0 on, by tables, without what is lost between facets; in 3.4 that of a smooth one."""
+    roughnesses = (0.1, 0.3, 0.6, 1.0)
+    strips(make, roughnesses, angle)
+    assert_albedos_are_those_of_cycles(tmp_path, len(roughnesses))
 
 
 def test_features_are_of_what_a_path_waits_at(patches, tmp_path):

@@ -170,17 +170,39 @@ def test_half_a_mirror_is_no_mirror():
             assert albedo.mean() > 0.6, "the white sky, as the mirror shows it"
 
 
-@pytest.mark.parametrize("angle", [0, 60, 80])
-@pytest.mark.parametrize("roughness", [0.3, 0.6, 1.0])
-def test_albedo_of_a_rough_coat_is_what_it_reflects_of_an_even_sky(roughness, angle):
-    """Within 4 %: it is read from a table of 16 x 16 places."""
-    flags = ClosureFlags.ATTENUATE | ClosureFlags.PRESERVE_ENERGY
-    coat = ClosureDesc(ClosureType.COAT, flags, color=Param(grey(1)), roughness=Param(grey(roughness)), ior=1.5)
+def at_an_angle(angle, *closures):
+    """A floor of these under a white sky, seen at so many degrees from straight above."""
     t = np.radians(angle)
     view = look_at((np.sin(t), 0, np.cos(t)), (0, 0, 0), up=(0, 1, 0))
-    scene = Scene(1.0).add(floor(100), coat, diffuse(0.0)).camera(view, 0.01)
-    found = render_all(scene, iterations=256)
-    assert found["Denoising Albedo"].mean() == pytest.approx(found["Combined"][..., :3].mean(), rel=0.04)
+    return render_all(Scene(1.0).add(floor(100), *closures).camera(view, 0.01), iterations=256)
+
+
+@pytest.mark.parametrize("angle", [0, 60, 80])
+@pytest.mark.parametrize("roughness", [0.3, 0.6, 1.0])
+@pytest.mark.parametrize("kind", ["coat", "metal"])
+def test_albedo_of_what_is_rough_is_what_it_reflects_of_an_even_sky(kind, roughness, angle):
+    """Within 4 %: it is read from a table of 16 x 16 places."""
+    keep, rough = ClosureFlags.PRESERVE_ENERGY, Param(grey(roughness))
+    closures = {
+        "coat": (ClosureDesc(ClosureType.COAT, keep | ClosureFlags.ATTENUATE, roughness=rough, ior=1.5), diffuse(0.0)),
+        "metal": (ClosureDesc(ClosureType.CONDUCTOR, keep, color=Param((0.9, 0.5, 0.2)), roughness=rough),),
+    }[kind]
+    found = at_an_angle(angle, *closures)
+    picture = found["Combined"][..., :3].mean((0, 1))
+    np.testing.assert_allclose(found["Denoising Albedo"].mean((0, 1)), picture, rtol=0.04)
+
+
+@pytest.mark.parametrize("flags", [ClosureFlags.SMOOTH_ALBEDO | ClosureFlags.PRESERVE_ENERGY, ClosureFlags.NONE])
+def test_albedo_of_rough_metal_without_what_is_lost(flags):
+    """As a smooth one's where that is asked for; what multiple scattering does not give back is not missed."""
+    metal = ClosureDesc(ClosureType.CONDUCTOR, flags, color=Param(grey(0.5)), roughness=Param(grey(1.0)))
+    straight, grazing = (at_an_angle(angle, metal)["Denoising Albedo"].mean() for angle in (0, 85))
+    smooth = 0.5 + 0.5 * (1 - np.cos(np.radians(85))) ** 5
+    assert straight == pytest.approx(0.5, abs=0.01)
+    if flags:
+        assert grazing == pytest.approx(smooth, rel=0.02)
+    else:
+        assert 0.5 < grazing < 0.7 < smooth, "microfacets that are seen turn toward the viewer"
 
 
 # ---------------------------------------------------------------- holdouts, and what the camera does not see

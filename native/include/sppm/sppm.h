@@ -127,7 +127,8 @@ typedef enum SppmClosureFlags {
   SPPM_CLOSURE_SEPARABLE = 32, /* rough DIELECTRIC, CONDUCTOR, COAT as in Cycles before 4.0: masking and shadowing are independent, and
                                  the shares of reflection and transmission are those at the shading normal toward the camera's side */
   SPPM_CLOSURE_UNDER_COAT = 64, /* COAT with ATTENUATE: lies beneath the one before it, which covers what follows as well */
-  SPPM_CLOSURE_CLEARCOAT = 128  /* rough COAT as Principled before 4.0 has its clearcoat: the light's side is masked as by alpha 0.25 */
+  SPPM_CLOSURE_CLEARCOAT = 128, /* rough COAT as Principled before 4.0 has its clearcoat: the light's side is masked as by alpha 0.25 */
+  SPPM_CLOSURE_SMOOTH_ALBEDO = 256 /* rough CONDUCTOR, COAT as in Cycles before 4.0: passes show the albedo that a smooth one has */
 } SppmClosureFlags;
 
 typedef struct SppmClosureDesc {
