@@ -25,6 +25,11 @@ def microfacets_are_of_3_x() -> bool:
     return bpy.app.version < (4, 0, 0)
 
 
+def coats_keep_energy() -> bool:
+    """Whether Cycles gives back what is lost between the facets of a Principled coat, whatever the node's distribution."""
+    return bpy.app.version >= (4, 5, 0)
+
+
 def default_is_principled() -> bool:
     """Whether what has no material shows a Principled BSDF of default settings, as in Cycles since 5.0, and not plain grey."""
     return bpy.app.version >= (5, 0, 0)

@@ -3,7 +3,7 @@
 import math
 from dataclasses import replace
 
-from .compat_nodes import principled_input, principled_is_v2
+from .compat_nodes import coats_keep_energy, principled_input, principled_is_v2
 from .material_params import ONE, gray, in_unit, is_zero
 from .nodes_closure import (
     diffuse,
@@ -55,7 +55,8 @@ def principled_clearcoat(walk, node, new):
         return [ClosureDesc(ClosureType.COAT, ClosureFlags.CLEARCOAT, weight=quarter, roughness=roughness)]
     warn_if_tinted(walk, node, "Coat Tint")
     ior = max(walk.number(node.inputs["Coat IOR"]), 1.0)
-    return [ClosureDesc(ClosureType.COAT, ClosureFlags.ATTENUATE, weight=weight, color2=weight, roughness=roughness, ior=ior)]
+    flags = ClosureFlags.ATTENUATE | (ClosureFlags.PRESERVE_ENERGY if coats_keep_energy() else ClosureFlags.NONE)
+    return [ClosureDesc(ClosureType.COAT, flags, weight=weight, color2=weight, roughness=roughness, ior=ior)]
 
 
 def principled_metal(walk, node, new, base, roughness):
