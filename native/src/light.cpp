@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <string>
 #include <utility>
 
 #include "color.h"
@@ -33,11 +32,6 @@ Distribution defensive_mixture(const std::vector<double>& weights) {
 uint32_t Lights::add_lamp(const SppmLightDesc& desc) {
   lamps_.emplace_back(desc);
   return static_cast<uint32_t>(lamps_.size());
-}
-
-void Lights::set_lamp(uint32_t id, const SppmLightDesc& desc) {
-  require(id >= 1 && id <= lamps_.size(), "light " + std::to_string(id) + " is not of this scene");
-  lamps_[id - 1] = Lamp(desc);
 }
 
 void Lights::set_world(const SppmWorldDesc& desc) {

@@ -27,7 +27,8 @@ class Lights {
   Lights(const Textures* textures, const Materials* materials) : textures_(textures), materials_(materials) {}
 
   uint32_t add_lamp(const SppmLightDesc& desc);  // id from 1; throws Error
-  void set_lamp(uint32_t id, const SppmLightDesc& desc);
+  bool has_lamp(uint32_t id) const { return id >= 1 && id <= lamps_.size(); }
+  void set_lamp(uint32_t id, const Lamp& lamp) { lamps_[id - 1] = lamp; }
   void set_world(const SppmWorldDesc& desc);     // throws Error
   // One light a call; returns its index for `triangle_pdf_area`.
   uint32_t add_triangles(std::vector<EmissiveTriangle> triangles);

@@ -31,27 +31,39 @@ Matrix transposed_times(const Matrix& a, const Matrix& b) {
   return product;
 }
 
-// The rotation nearest to m, by averaging m with its transposed inverse; the identity where m is flat and has none.
+double largest(const Matrix& m) {
+  double most = 0;
+  for (const double x : m) most = std::max(most, std::abs(x));
+  return most;
+}
+
+// The rotation nearest to m, by averaging m with its transposed inverse, both first brought to one size: then ten steps do even where the
+// axes differ by all that a float can hold (Higham 1986). The identity where m is flat and has no inverse.
 Matrix nearest_rotation(const Matrix& m) {
-  constexpr int kMostSteps = 100;
+  constexpr int kMostSteps = 30;
   constexpr double kClose = 1e-14;
   constexpr Matrix kIdentity{1, 0, 0, 0, 1, 0, 0, 0, 1};
   Matrix r = m;
   for (int step = 0; step < kMostSteps; ++step) {
-    const double d = determinant(r);
+    const double size = largest(r);
+    Matrix x = r;
+    for (double& component : x) component /= size;
+    const double d = determinant(x);
     if (!(std::abs(d) > std::numeric_limits<double>::min())) return kIdentity;
-    const Matrix c = cofactors(r);
-    double change = 0, size = 0;
+    const Matrix c = cofactors(x);
+    const double scale = std::sqrt(largest(c) / std::abs(d));
+    double change = 0;
     for (size_t i = 0; i < 9; ++i) {
-      const double next = 0.5 * (r[i] + c[i] / d);
-      change = std::max(change, std::abs(next - r[i])), size = std::max(size, std::abs(next));
+      const double next = 0.5 * (x[i] * scale + c[i] / (d * scale));
+      change = std::max(change, std::abs(next - r[i]));
       r[i] = next;
     }
-    if (change <= kClose * size) break;
+    if (change > kClose) continue;
+    if (determinant(r) < 0)  // the stretch mirrors, not the rotation
+      for (double& component : r) component = -component;
+    return r;
   }
-  if (determinant(r) < 0)  // the stretch mirrors, not the rotation
-    for (double& x : r) x = -x;
-  return r;
+  return kIdentity;
 }
 
 // Of a rotation, by its largest component (Shepperd 1978).
@@ -77,6 +89,12 @@ Matrix rotation_of(const std::array<double, 4>& q) {
   return {1 - 2 * (y * y + z * z), 2 * (x * y - w * z),     2 * (x * z + w * y),
           2 * (x * y + w * z),     1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
           2 * (x * z - w * y),     2 * (y * z + w * x),     1 - 2 * (x * x + y * y)};
+}
+
+// What lies between finite places is finite too.
+float to_float(double x) {
+  constexpr double kLargest = std::numeric_limits<float>::max();
+  return static_cast<float>(std::clamp(x, -kLargest, kLargest));
 }
 
 double dot(const std::array<double, 4>& a, const std::array<double, 4>& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]; }
@@ -139,9 +157,8 @@ Affine Motion::put_together(const Pose& pose) {
   Affine place;
   for (size_t row = 0; row < 3; ++row) {
     for (size_t column = 0; column < 3; ++column)
-      place.m[4 * row + column] =
-          static_cast<float>(r[3 * row] * s[column] + r[3 * row + 1] * s[3 + column] + r[3 * row + 2] * s[6 + column]);
-    place.m[4 * row + 3] = static_cast<float>(pose.translation[row]);
+      place.m[4 * row + column] = to_float(r[3 * row] * s[column] + r[3 * row + 1] * s[3 + column] + r[3 * row + 2] * s[6 + column]);
+    place.m[4 * row + 3] = to_float(pose.translation[row]);
   }
   return place;
 }

@@ -14,6 +14,18 @@
 
 namespace sppm {
 
+// Where a time falls between `count` keys evenly spaced over [0, 1]: the key before it and how far it is to the next, 0 to 1.
+struct KeyTime {
+  size_t key;
+  double share;
+  KeyTime(double time, size_t count) {
+    const double scaled = time * static_cast<double>(count - 1);
+    key = std::min(static_cast<size_t>(scaled), count < 2 ? 0 : count - 2);
+    share = count < 2 ? 0 : scaled - static_cast<double>(key);
+  }
+  size_t nearest() const { return share < 0.5 ? key : key + 1; }
+};
+
 class Motion {
  public:
   Motion() = default;
@@ -21,6 +33,7 @@ class Motion {
 
   uint64_t memory() const { return places_.size() * sizeof(Affine) + poses_.size() * sizeof(Pose); }
   Affine at(double time) const;  // 0 where the shutter opens, 1 where it closes
+  const Affine& key_near(double time) const { return places_[KeyTime(time, places_.size()).nearest()]; }
 
  private:
   using Matrix = std::array<double, 9>;  // row-major
@@ -35,17 +48,6 @@ class Motion {
 
   std::vector<Affine> places_;
   std::vector<Pose> poses_;
-};
-
-// Where a time falls between `count` keys evenly spaced over [0, 1]: the key before it and how far it is to the next, 0 to 1.
-struct KeyTime {
-  size_t key;
-  double share;
-  KeyTime(double time, size_t count) {
-    const double scaled = time * static_cast<double>(count - 1);
-    key = std::min(static_cast<size_t>(scaled), count < 2 ? 0 : count - 2);
-    share = count < 2 ? 0 : scaled - static_cast<double>(key);
-  }
 };
 
 // The time of a pass: a sequence that fills the shutter evenly however many passes there are (multiples of the golden ratio), from a

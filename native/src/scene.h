@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "accel.h"
@@ -148,7 +149,7 @@ class Scene {
   Motion camera_motion_;
   Bounds lit_bounds_;                      // that lights were committed with
   std::vector<uint32_t> moved_instances_;  // since the last update
-  bool lamps_changed_ = false;
+  std::vector<std::pair<uint32_t, Lamp>> changed_lamps_;  // by id, since the last update
   uint64_t triangle_count_ = 0;
   bool has_camera_ = false, committed_ = false, has_transparent_ = false, has_specular_ = false, has_textures_ = false;
   bool has_attributes_ = false;  // some mesh has UVs or colours: an exporter gives only those that are asked for

@@ -27,6 +27,17 @@ Motion to_motion(const float* keys, uint32_t count, const std::string& where) {
   return Motion(places);
 }
 
+// What lies between two keys, or the nearer key where they are so unlike that in floats nothing between them can be used: an axis that
+// is mirrored has no length half way. What was accepted must not stop a render later.
+template <typename Between, typename Key>
+auto between_or_key(Between between, Key key) {
+  try {
+    return between();
+  } catch (const Error&) {
+    return key();
+  }
+}
+
 // What of a camera changes from one key to the next.
 SppmCameraDesc between(const SppmCameraDesc& a, const SppmCameraDesc& b, const Affine& transform, float share) {
   SppmCameraDesc d = a;
@@ -105,16 +116,17 @@ void Scene::move(uint32_t index, const Affine& place) {
 
 void Scene::set_lamp(uint32_t id, const SppmLightDesc& desc) {
   std::optional<MovingLamp> moving = moving_lamp(desc);
-  lights.set_lamp(id, desc);
+  require(lights.has_lamp(id), "light " + std::to_string(id) + " is not of this scene");
+  changed_lamps_.emplace_back(id, Lamp(desc));
   std::erase_if(moving_lamps_, [id](const MovingLamp& m) { return m.id == id; });
   if (moving) moving->id = id, moving_lamps_.push_back(*std::move(moving));
-  lamps_changed_ = true;
 }
 
 void Scene::update(const Threads& threads) {
   std::sort(moved_instances_.begin(), moved_instances_.end());
   moved_instances_.erase(std::unique(moved_instances_.begin(), moved_instances_.end()), moved_instances_.end());
-  bool lights_change = lamps_changed_;
+  bool lights_change = !changed_lamps_.empty();
+  for (const auto& [id, lamp] : changed_lamps_) lights.set_lamp(id, lamp);
   for (const uint32_t i : moved_instances_) {
     settle(instances_[i]);
     if (instances_[i].identity) meshes_[instances_[i].mesh]->make_facets(threads);
@@ -128,21 +140,25 @@ void Scene::update(const Threads& threads) {
   // The sun and the world shine on the whole scene.
   if (lights_change || lit_bounds_ != accel_.bounds()) commit_lights();
   moved_instances_.clear();
-  lamps_changed_ = false;
+  changed_lamps_.clear();
 }
 
 void Scene::set_time(double time, const Threads& threads) {
   for (const MovingInstance& m : moving_instances_) move(m.index, m.motion.at(time));
   for (const MovingLamp& m : moving_lamps_) {
-    SppmLightDesc lamp = m.lamp;
-    const Affine place = m.motion.at(time);
-    std::copy(place.m.begin(), place.m.end(), lamp.transform);
-    lights.set_lamp(m.id, lamp);
-    lamps_changed_ = true;
+    const auto lamp_at = [&m](const Affine& place) {
+      SppmLightDesc lamp = m.lamp;
+      std::copy(place.m.begin(), place.m.end(), lamp.transform);
+      return Lamp(lamp);
+    };
+    changed_lamps_.emplace_back(m.id, between_or_key([&] { return lamp_at(m.motion.at(time)); },
+                                                     [&] { return lamp_at(m.motion.key_near(time)); }));
   }
   if (!camera_keys_.empty()) {
     const KeyTime t(time, camera_keys_.size());
-    camera = Camera(between(camera_keys_[t.key], camera_keys_[t.key + 1], camera_motion_.at(time), static_cast<float>(t.share)));
+    camera = between_or_key(
+        [&] { return Camera(between(camera_keys_[t.key], camera_keys_[t.key + 1], camera_motion_.at(time), static_cast<float>(t.share))); },
+        [&] { return Camera(camera_keys_[t.nearest()]); });
   }
   update(threads);
 }

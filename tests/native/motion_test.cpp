@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
+
+#include "sampling.h"
 
 using namespace sppm;
 
@@ -53,6 +56,35 @@ TEST_CASE("a turn takes the short way around") {
 TEST_CASE("what is squeezed flat moves evenly") {
   const Motion motion(std::vector<Affine>{place(0, {1, 1, 0}, {0, 0, 0}), place(0, {1, 1, 0}, {2, 0, 0})});
   check_close(motion.at(0.25), place(0, {1, 1, 0}, {0.5f, 0, 0}));
+}
+
+TEST_CASE("huge, tiny and very unequal places turn as others do") {
+  constexpr float kHuge = 1e38f, kTiny = 1e-38f;
+  for (const Vec3 scale : {Vec3{kHuge, kHuge, kHuge}, Vec3{kTiny, kTiny, kTiny}, Vec3{kHuge, 1, kTiny}, Vec3{kTiny, kHuge, 1},
+                           Vec3{1, 1, kTiny}, Vec3{-kHuge, -1, -kTiny}}) {
+    const Affine middle = Motion(std::vector{place(0, scale, {}), place(1, scale, {kHuge, 0, -kHuge})}).at(0.5);
+    const Affine expected = place(0.5f, scale, {kHuge / 2, 0, -kHuge / 2});
+    for (const int column : {0, 1, 2, 3}) {
+      const Vec3 found = middle.column(column), wanted = expected.column(column);
+      const float size = max_component(abs(wanted));
+      if (size == 0) continue;
+      CAPTURE(column);
+      CAPTURE(scale.x);
+      CHECK(max_component(abs(found / size - wanted / size)) < 1e-5f);  // roundings of denormal floats
+    }
+  }
+}
+
+TEST_CASE("whatever the keys, what lies between them is finite") {
+  constexpr float kLargest = std::numeric_limits<float>::max(), kLeast = std::numeric_limits<float>::denorm_min();
+  const float values[] = {0, 1, -1, kLargest, -kLargest, kLeast, 1e-20f, -1e20f, 0.3f};
+  for (uint32_t i = 0; i < 20000; ++i) {
+    std::vector<Affine> places(2);
+    for (uint32_t k = 0; k < 24; ++k) places[k / 12].m[k % 12] = values[hash64(i, k) % std::size(values)];
+    const Motion motion(places);
+    for (const double time : {0.01, 0.5, 0.99})
+      for (const float x : motion.at(time).m) REQUIRE(std::isfinite(x));
+  }
 }
 
 TEST_CASE("half turns about every axis") {

@@ -179,7 +179,10 @@ TEST_CASE("nothing moves before the update, and only what may") {
   const auto scene = build(kStart, ids);
   const auto before = render(scene);
   const Affine there = place({0, 0, -0.5f});
+  Places other_lamp = kStart;
+  other_lamp.lamp = {0.5f, 0.5f, 0.5f};
   scene->move_instance(ids.glass, there.m.data());
+  scene->set_lamp(ids.lamp, lamp(other_lamp));
   CHECK(render(scene) == before);
   scene->update(Threads(1));
   CHECK(render(scene) != before);
@@ -274,4 +277,23 @@ TEST_CASE("motions are checked, and a place given from outside ends them") {
   scene->set_lamp(ids.lamp, lamp(kStart));
   scene->set_camera(camera(kStart));
   CHECK_FALSE(scene->moves());
+}
+
+TEST_CASE("keys so unlike that between them nothing can be used render as the nearer one") {
+  Ids ids{};
+  const auto scene = build(kStart, ids);
+  SppmLightDesc turning = lamp(kStart);
+  turning.type = SPPM_LIGHT_RECTANGLE;
+  std::vector<float> way(24, 0.0f);
+  for (const size_t i : {0u, 5u, 10u}) way[i] = 1, way[12 + i] = -1;  // mirrored: half way it has no axis
+  turning.motion = way.data(), turning.motion_count = 2;
+  scene->set_lamp(ids.lamp, turning);
+  std::vector<SppmCameraDesc> keys{camera(kStart), camera(kStart)};
+  for (float& m : keys[1].transform) m = -m;
+  keys[1].transform[11] = 0.6f;
+  scene->set_camera_motion(keys);
+  CHECK_NOTHROW(scene->set_time(0.5, Threads(1)));
+  CHECK(scene->camera.ray(8, 8, {}).origin.z == 0.6f);
+  CHECK_NOTHROW(scene->set_time(0.25, Threads(1)));
+  CHECK(scene->camera.ray(8, 8, {}).origin.z == doctest::Approx(0.75));
 }

@@ -99,9 +99,11 @@ std::shared_ptr<Scene> room() {
 
 }  // namespace
 
-TEST_CASE("a pixel's state takes at most 160 bytes") {
-  MESSAGE("bytes a pixel: ", sizeof(Pixel));
+TEST_CASE("a pixel's state takes at most 160 bytes, its camera sample 80, and a glossy surface on the way 56") {
+  MESSAGE("bytes a pixel: ", sizeof(Pixel), ", its camera sample: ", sizeof(CameraSample), ", a glossy point: ", sizeof(GlossyPoint));
   CHECK(sizeof(Pixel) <= 160);
+  CHECK(sizeof(CameraSample) <= 80);
+  CHECK(sizeof(GlossyPoint) <= 56);
 }
 
 TEST_CASE("the picture does not depend on the number of threads, nor on the run") {

@@ -259,8 +259,8 @@ SPPM_API SppmStatus sppm_scene_set_camera_motion(SppmScene *scene, const SppmCam
 SPPM_API SppmStatus sppm_scene_commit(SppmScene *scene, uint32_t threads);
 
 /* Moving what is in a committed scene. No session of the scene may be in a step meanwhile; what a session has rendered is not forgotten,
- * so a picture of the new places alone needs a new session. sppm_scene_update must follow before the next step: until then a replaced lamp
- * shows in part. Then the scene renders to the bits as one that was built so. What is moved or replaced ends its motion. */
+ * so a picture of the new places alone needs a new session. sppm_scene_update carries it out, before the next step: until then everything
+ * shows as it was. Then the scene renders to the bits as one that was built so. What is moved or replaced ends its motion. */
 SPPM_API SppmStatus sppm_scene_move_instance(SppmScene *scene, uint32_t instance, const float *transform); /* 12 floats */
 /* Replaces a lamp by another one, of whatever type, in whatever place. */
 SPPM_API SppmStatus sppm_scene_set_light(SppmScene *scene, uint32_t light, const SppmLightDesc *desc);
