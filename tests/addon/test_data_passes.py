@@ -141,7 +141,7 @@ def test_averages_are_those_of_cycles(patches, tmp_path):
     """Over the middle of each patch: 18 pixels of 64 paths.
 
     Tolerances: where one may see through, chance decides at each path, in a stratified way; elsewhere it only moves places within
-    a pixel, and Cycles takes what rough metals reflect from tables where our passes take a smooth surface's.
+    a pixel, and what is rough reflects by tables, ours and Cycles'.
     """
     ours, theirs = both(tmp_path)
     save_pictures(ours, theirs)
