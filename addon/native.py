@@ -115,7 +115,7 @@ class Settings:
     max_depth: int = 24
     pixel_filter: str = "BLACKMAN_HARRIS"
     filter_width: float = 1.5
-    gamma: float = 0.8
+    gamma: float = 0.7
     seed: int = 0
     time_limit: float = 0.0
     write_interval: int = 0

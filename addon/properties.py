@@ -89,7 +89,7 @@ class SppmSettings(bpy.types.PropertyGroup):
         name="Max Depth", default=24, min=1, max=1024, soft_max=128,
         description="Most vertices that a camera or photon path may have")
     gamma: FloatProperty(
-        name="Gamma", default=0.8, min=0.01, max=0.99,
+        name="Gamma", default=0.7, min=0.01, max=0.99,
         description="How slowly the radius shrinks: smaller sharpens faster and leaves more noise")
     pixel_filter: EnumProperty(
         name="Pixel Filter", default="BLACKMAN_HARRIS",

@@ -19,7 +19,7 @@ inline constexpr double kFirstRadius = 3;
 // What the radius of the next iteration depends on beside the pixel itself.
 struct RadiusRule {
   SppmRadiusRule rule = SPPM_RADIUS_DENSITY;
-  double gamma = 0.8;      // PROGRESSIVE: share of the new photons that is kept; the others: see `step`
+  double gamma = 0.7;      // PROGRESSIVE: share of the new photons that is kept; the others: see `step`
   double shrink = 1;       // DENSITY and PASS_INDEXED: r^2 of this iteration over that of the first
   double wanted = 10;      // DENSITY: photons in the first iteration's disk, were there as many paths as pixels
   double narrowest = 0.35; // DENSITY: least radius of the first iteration, in footprints; the largest is kFirstRadius

@@ -1,6 +1,6 @@
 """Errors fall with the number of photons as theory has it, everywhere in the picture.
 
-Squared radii fall as N^(-1/5) (gamma = 0.8): so does the bias, and noise, as 1 / (r sqrt(N)), falls as N^(-2/5); direct light and
+Squared radii fall as N^(-0.3) (gamma = 0.7): so does the bias, and noise, as 1 / (r sqrt(N)), falls as N^(-0.35); direct light and
 paths as N^(-1/2). A reference that is not perfect adds to the slope. With noise that makes -0.2 to -0.6.
 """
 

@@ -38,7 +38,7 @@ def test_sky_through_plate():
     face.
     """
     scene = Scene(world=1).add(floor(1), diffuse(RHO)).add(box((-3, -3, 0.02), (3, 3, 0.1)), glass(IOR)).above(0.015, 0.3)
-    found = means(scene, "Caustics", iterations=8, photons_per_iteration=20000, initial_radius=0.1)
+    found = means(scene, "Caustics", iterations=16, photons_per_iteration=20000, initial_radius=0.1)
     check(found, RHO * transmitted_from_hemisphere(), bias=(0.02 / 2.7) ** 2 * 2)
 
 
