@@ -65,7 +65,7 @@ def squared_errors(picture, reference):
         inside = reference.region(region)
         own, excess = errors[inside], (errors - noise)[inside]
         values[f"relmse_{region}"] = _mean(excess)
-        values[f"relmse_trimmed_{region}"] = _mean(excess[_without_worst(own)])
+        values[f"relmse_trimmed_{region}"] = _mean(excess[without_worst(own)])
     return values
 
 
@@ -82,6 +82,6 @@ def _mean(values):
     return float(values.mean()) if len(values) else float("nan")
 
 
-def _without_worst(errors):
+def without_worst(errors):
     """Indices of the errors, (n,), that remain without the share `WORST` of the largest."""
     return np.argsort(errors, kind="stable")[: len(errors) - int(WORST * len(errors))]
