@@ -53,7 +53,9 @@ def seeds_of(factor):
 def squares_without_glints(picture, final):
     """Masked array of (height, width): squared differences, the worst pixels masked."""
     squares = ((picture[..., :3] - final) ** 2).mean(-1)
-    return np.ma.masked_greater(squares, np.quantile(squares, 1 - metrics.WORST))
+    worst = np.ones(squares.size, bool)
+    worst[metrics.without_worst(squares.ravel())] = False
+    return np.ma.array(squares, mask=worst.reshape(squares.shape))
 
 
 def measure(desc, first=1, reference=16, **settings):

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from metrics import WORST, squared_relative_errors
+from metrics import squared_relative_errors, without_worst
 
 WHERE = {"all": "whole picture", "in": "inside caustics", "out": "outside caustics"}
 REGIONS = tuple(WHERE)
@@ -80,8 +80,3 @@ def _flips(picture, reference):
 
 def _mean(values):
     return float(values.mean()) if len(values) else float("nan")
-
-
-def without_worst(errors):
-    """Indices of the errors, (n,), that remain without the share `WORST` of the largest."""
-    return np.argsort(errors, kind="stable")[: len(errors) - int(WORST * len(errors))]

@@ -23,10 +23,15 @@ def squared_relative_errors(picture, reference):
 def relmse(picture, reference, mask=None, worst=0.0):
     """Mean squared relative error over the pixels of `mask` (height, width), without the share `worst` of the largest."""
     errors = squared_relative_errors(picture, reference)
-    errors = np.sort(errors[mask] if mask is not None else errors.ravel())
+    errors = errors[mask] if mask is not None else errors.ravel()
     if not len(errors):
         raise ValueError("the mask leaves no pixel")
-    return errors[: len(errors) - int(worst * len(errors))].mean()
+    return errors[without_worst(errors, worst)].mean()
+
+
+def without_worst(errors, worst=WORST):
+    """Indices of the errors, (n,), that remain without the share `worst` of the largest; smallest first."""
+    return np.argsort(errors, kind="stable")[: len(errors) - int(worst * len(errors))]
 
 
 def trimmed_relmse(picture, reference, mask=None):

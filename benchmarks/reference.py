@@ -9,7 +9,8 @@ import json
 
 import numpy as np
 from environment import OUT, ROOT
-from measure import REGIONS, Reference, caustic_mask, without_worst
+from measure import REGIONS, Reference, caustic_mask
+from metrics import without_worst
 from sppm import native, scene_desc
 from variants import REFERENCE
 

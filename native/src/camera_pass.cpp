@@ -112,7 +112,7 @@ class CameraPath {
     } else if (lobe.diffuse() || (last && lobe.photon_share() < 1)) {
       sample_.point = visible_point(s, bsdf, lobe, wo, probability);
       // Of a narrow lobe's light few photons would bring all.
-      if (!lobe.diffuse()) sample_.point.weight *= 1 - lobe.photon_share();
+      sample_.point.weight *= 1 - lobe.photon_share();
       data_.stop_features(bsdf, wo);
       waiting_ = true, asked_ = 1;
       final_ = !settings_.trace_indirect;
