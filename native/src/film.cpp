@@ -20,21 +20,26 @@ float smallest_radius(Vec3 p) { return std::max(kSmallestRadiusUlps * max_compon
 
 // What a pixel's visible points find of one kind of photons in an iteration.
 struct Found {
-  Vec3 phi;
-  uint64_t count = 0, dropped = 0, points = 0;
+  Gathered gathered;
+  uint64_t dropped = 0, points = 0;
   float smallest_radius = 0;  // that all positions can tell
 
-  void ask(const VisiblePoint& vp, const std::vector<Lobe>& lobes, const PhotonMap& map, float radius, float share) {
-    Gatherer gatherer(vp, vp.lobe == VisiblePoint::kLambert ? nullptr : &lobes[vp.lobe]);
-    map.visit_within(vp.p, radius, [&](const PhotonGroup& group, uint32_t lanes) { gatherer.add(group, lanes); });
-    phi += gatherer.phi() * share;
-    count += gatherer.count(), dropped += gatherer.dropped(), ++points;
+  void ask(const VisiblePoint& vp, const Kernel& kernel, const std::vector<Lobe>& lobes, const PhotonMap& map, float share, uint64_t paths) {
+    Gatherer gatherer(vp, kernel, vp.lobe == VisiblePoint::kLambert ? nullptr : &lobes[vp.lobe]);
+    map.visit_within(kernel.center(), kernel.radius(), [&](const PhotonGroup& group, uint32_t lanes) { gatherer.add(group, lanes); });
+    gathered.add(gatherer.count(), gatherer.phi() * share, kernel.area(), paths);
+    dropped += gatherer.dropped(), ++points;
     smallest_radius = std::max(smallest_radius, sppm::smallest_radius(vp.p));
   }
 };
 
+void announce(PhotonMap& map, const Kernel& kernel) { map.announce(kernel.center(), kernel.radius()); }
+
 // How much wider than its neighbour's a pixel's disk may be, in footprints a pixel.
 constexpr float kWidening = 0.25f;
+
+// A disk that reaches over the end of its surface finds too few photons.
+constexpr float kEdgeRadius = 1.8f;
 
 // Lowers a row to the least of its neighbouring row's values plus their distance.
 void lower_by_row(float* row, const float* neighbor, uint64_t width, float slope) {
@@ -79,18 +84,40 @@ void Film::start_radii(const Camera& camera, const CameraSamples& samples, doubl
   });
 }
 
+void Film::use_spreads(CameraSamples& samples, uint64_t width, const Threads& threads) {
+  const uint64_t height = pixels_.size() / width;
+  threads.for_each(height, [&](uint64_t y) {
+    for (uint64_t x = 0; x < width; ++x) {
+      const uint64_t i = y * width + x;
+      PixelSpread& spread = pixels_[i].spread;
+      const VisiblePoint& vp = samples.pixels[i].point;
+      if (!vp.valid() || spread.count == 0) continue;
+      const TangentAxes axes(vp);
+      const auto goes_on = [&](uint64_t neighbor) { return spread.reaches(pixels_[neighbor].spread, axes, pixels_[i].footprint); };
+      if (!spread.has(vp, axes, pixels_[i].footprint)) continue;
+      spread.edge = !((x == 0 || goes_on(i - 1)) && (x + 1 == width || goes_on(i + 1)) && (y == 0 || goes_on(i - width)) &&
+                      (y + 1 == height || goes_on(i + width)));
+      if (!spread.edge) samples.pixels[i].ellipse = spread.ellipse(vp, axes);
+    }
+  });
+  threads.for_blocks(pixels_.size(), kGrain, [&](uint64_t begin, uint64_t end) {
+    for (uint64_t i = begin; i < end; ++i)
+      if (samples.pixels[i].point.valid()) pixels_[i].spread.add(samples.pixels[i].point, pixels_[i].footprint);
+  });
+}
+
 void Film::announce(const CameraSamples& samples, PhotonMaps& maps, const Threads& threads) const {
   for (PhotonMap& map : maps) map.reset(pixels_.size());
   threads.for_blocks(pixels_.size(), kGrain, [&](uint64_t begin, uint64_t end) {
     for (uint64_t i = begin; i < end; ++i) {
       const VisiblePoint& vp = samples.pixels[i].point;
       if (!vp.valid()) continue;
-      for (size_t kind = 0; kind < kPhotonKinds; ++kind) maps[kind].announce(vp.p, static_cast<float>(pixels_[i].photons[kind].radius));
+      for (size_t kind = 0; kind < kPhotonKinds; ++kind) sppm::announce(maps[kind], Kernel(vp, samples.pixels[i].ellipse, static_cast<float>(pixels_[i].photons[kind].radius)));
     }
   });
   threads.for_each(samples.tiles.size(), [&](uint64_t tile) {
     for (const GlossyPoint& g : samples.tiles[tile].glossy)
-      maps[kCaustic].announce(g.point.p, static_cast<float>(pixels_[g.pixel].photons[kCaustic].radius));
+      sppm::announce(maps[kCaustic], Kernel(g.point, {}, static_cast<float>(pixels_[g.pixel].photons[kCaustic].radius)));
   });
 }
 
@@ -113,36 +140,40 @@ uint64_t Film::update(const CameraSamples& samples, const PhotonMaps& maps, cons
       pixel.photons[kIndirect].add(sample.indirect);
       pixel.alpha += static_cast<double>(sample.alpha);
       std::array<Found, kPhotonKinds> found;
-      const auto ask = [&](const VisiblePoint& vp, size_t kind) {
+      const auto ask = [&](const VisiblePoint& vp, const PixelEllipse& ellipse, size_t kind) {
         if (rules.paths[kind] == 0) return;
         const float share = kind == kCaustic ? vp.caustic_share : 1;
-        found[kind].ask(vp, points.lobes, maps[kind], static_cast<float>(pixel.photons[kind].radius), share);
+        const Kernel kernel(vp, ellipse, static_cast<float>(pixel.photons[kind].radius));
+        found[kind].ask(vp, kernel, points.lobes, maps[kind], share, rules.paths[kind]);
       };
-      for (size_t kind = 0; kind < kPhotonKinds && sample.point.valid(); ++kind) ask(sample.point, kind);
-      for (; glossy != points.glossy.end() && glossy->pixel == i; ++glossy) ask(glossy->point, kCaustic);
+      for (size_t kind = 0; kind < kPhotonKinds && sample.point.valid(); ++kind) ask(sample.point, sample.ellipse, kind);
+      for (; glossy != points.glossy.end() && glossy->pixel == i; ++glossy) ask(glossy->point, {}, kCaustic);
       for (size_t kind = 0; kind < kPhotonKinds; ++kind) {
         const Found& f = found[kind];
         if (f.points == 0) continue;
-        pixel.photons[kind].update(f.count, f.phi, f.points * rules.paths[kind], rules.radius, static_cast<double>(pixel.footprint),
-                                   f.smallest_radius);
+        pixel.photons[kind].update(f.gathered, rules.radius, static_cast<double>(pixel.footprint), f.smallest_radius);
         dropped[tile] += f.dropped;
       }
     });
   });
   // Every batch of photons may become indirect light: without any there is no disk to limit.
-  if (rules.radius.rule == SPPM_RADIUS_DENSITY && rules.paths[kIndirect] > 0) limit_radii(width, threads);
+  if (rules.radius.rule == SPPM_RADIUS_DENSITY && rules.paths[kIndirect] > 0) limit_radii(width, rules.radius.shrink, threads);
   return std::accumulate(dropped.begin(), dropped.end(), uint64_t{0});
 }
 
 // A pixel's disk that reaches a bright spot from beside it adds light that the spot's own small disks do not lack. So no disk may be so
 // much wider than one near by that it reaches that one's.
-void Film::limit_radii(uint64_t width, const Threads& threads) {
+void Film::limit_radii(uint64_t width, double shrink, const Threads& threads) {
   const uint64_t height = pixels_.size() / width;
+  std::vector<float> distance(pixels_.size());
+  for (size_t i = 0; i < distance.size(); ++i) distance[i] = pixels_[i].spread.edge ? 0 : kInfinity;
+  spread_least(distance, width, height, 1);
+  const float least = kEdgeRadius * static_cast<float>(std::sqrt(shrink));
   threads.for_each(kPhotonKinds, [&](uint64_t kind) {
     std::vector<float> radii(pixels_.size());  // in footprints
     for (size_t i = 0; i < radii.size(); ++i) {
       const Pixel& p = pixels_[i];
-      radii[i] = p.footprint > 0 ? static_cast<float>(p.photons[kind].radius) / p.footprint : kInfinity;
+      radii[i] = p.footprint > 0 ? std::min(distance[i] + least, static_cast<float>(p.photons[kind].radius) / p.footprint) : kInfinity;
     }
     spread_least(radii, width, height, kWidening);
     for (size_t i = 0; i < radii.size(); ++i) {

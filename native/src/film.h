@@ -7,6 +7,7 @@
 
 #include "camera_pass.h"
 #include "photon_pass.h"
+#include "pixel_spread.h"
 #include "progressive.h"
 #include "sppm/sppm.h"
 
@@ -16,6 +17,7 @@ struct Pixel {
   std::array<PhotonEstimate, kPhotonKinds> photons;  // what paths bring from other surfaces is in the sum of kIndirect
   double direct[3] = {0, 0, 0};
   double alpha = 0;
+  PixelSpread spread;
   float footprint = 0;  // of the pixel where it first saw a surface, or what `initial_radius` takes it for [m]; 0 until then
 };
 
@@ -31,6 +33,8 @@ class Film {
 
   // Gives a pixel that has its first visible point its first radius: `initial_radius`, or by the pixel's footprint if 0.
   void start_radii(const Camera& camera, const CameraSamples& samples, double initial_radius, const Threads& threads);
+  // Lets visible points stand for their pixels where the pixels before them saw one surface. Asks no photons beyond `p` without it.
+  void use_spreads(CameraSamples& samples, uint64_t width, const Threads& threads);
   // Tells the maps where they will be asked.
   void announce(const CameraSamples& samples, PhotonMaps& maps, const Threads& threads) const;
   // Ends an iteration: each pixel, alone, sums the photons around its visible point and chooses its next radii. Returns how many
@@ -46,7 +50,7 @@ class Film {
   uint64_t memory() const;
 
  private:
-  void limit_radii(uint64_t width, const Threads& threads);
+  void limit_radii(uint64_t width, double shrink, const Threads& threads);
   void add_data(const CameraSamples& samples, const Threads& threads);
   void read_data(SppmPass pass, float* out) const;
 

@@ -1,6 +1,7 @@
-// Sums beta f over the photons within the radius of one visible point.
+// Sums beta f over the photons within the kernel of one visible point.
 #pragma once
 
+#include "kernel.h"
 #include "photon_map.h"
 #include "visible_point.h"
 
@@ -8,8 +9,8 @@ namespace sppm {
 
 class Gatherer {
  public:
-  Gatherer(const VisiblePoint& vp, const Lobe* lobe)
-      : vp_(vp), lobe_(lobe), wo_(unpack_direction(vp.wo)),
+  Gatherer(const VisiblePoint& vp, const Kernel& kernel, const Lobe* lobe)
+      : vp_(vp), kernel_(kernel), lobe_(lobe), wo_(unpack_direction(vp.wo)),
         at_{unpack_direction(vp.ng), Frame(unpack_direction(vp.ns))}, flat_(vp.ng == vp.ns) {}
 
   void add(const PhotonGroup& group, uint32_t lanes) {
@@ -31,7 +32,9 @@ class Gatherer {
   void add_one(const PhotonGroup& group, uint32_t lane) {
     const PackedDirection ng = group.ng[lane];
     if (ng != vp_.ng && dot(unpack_direction(ng), at_.ng) < kSameSurface) return;
-    Vec3 value = group.power(lane);
+    const float weight = kernel_.weight(group.position(lane) - kernel_.center());
+    if (weight == 0) return;
+    Vec3 value = group.power(lane) * weight;
     if (!flat_ || lobe_) {
       const Vec3 n = unpack_direction(ng), wi = unpack_direction(group.wi[lane]);
       const float shading = dot(wi, at_.frame.n), geometric = dot(wi, n);
@@ -50,6 +53,7 @@ class Gatherer {
   }
 
   const VisiblePoint& vp_;
+  const Kernel& kernel_;
   const Lobe* lobe_;
   Vec3 wo_;
   ShadingPoint at_;

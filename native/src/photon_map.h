@@ -28,6 +28,7 @@ struct alignas(32) PhotonGroup {
     red[lane] = photon.power.x, green[lane] = photon.power.y, blue[lane] = photon.power.z;
     wi[lane] = photon.wi, ng[lane] = photon.ng;
   }
+  Vec3 position(uint32_t lane) const { return {x[lane], y[lane], z[lane]}; }
   Vec3 power(uint32_t lane) const { return {red[lane], green[lane], blue[lane]}; }
 
   // Those closer than the root of r2 to p.

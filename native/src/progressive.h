@@ -29,6 +29,20 @@ struct RadiusRule {
   static double step(uint64_t i, double gamma) { return (static_cast<double>(i) + gamma) / (static_cast<double>(i) + 1); }
 };
 
+// What an iteration found at a pixel's visible points.
+struct Gathered {
+  uint64_t count = 0;            // photons
+  double radiance[3] = {0, 0, 0};  // [W m^-2 sr^-1]
+  double searched = 0;           // sum over visible points of paths times area [m^2]
+
+  // A visible point that found `found` of the photons of `paths` paths, with the sum `phi` of beta_camera f beta, per path.
+  void add(uint64_t found, Vec3 phi, double area, uint64_t paths) {
+    count += found;
+    for (int c = 0; c < 3; ++c) radiance[c] += static_cast<double>(phi[c]) / area;
+    searched += area * static_cast<double>(paths);
+  }
+};
+
 // All double: a million iterations add terms a million times smaller than the sum, and shrink the radius by less than a float can tell.
 struct PhotonEstimate {
   double radius = 0;             // [m]; 0 until the pixel has seen a surface
@@ -42,16 +56,14 @@ struct PhotonEstimate {
     radiance_sum[2] += static_cast<double>(radiance.z);
   }
 
-  // Adds an iteration that sent `paths` photons, times the visible points that it had, and found `found` of them with the sum `phi` of
-  // beta_camera f beta within the radius, phi per path sent, and chooses the next radius. `footprint` [m] is a pixel's size there; below
-  // `smallest_radius` positions have no digits.
-  void update(uint64_t found, Vec3 phi, uint64_t paths, const RadiusRule& rule, double footprint, float smallest_radius) {
-    const double area = M_PI * radius * radius;
-    for (int c = 0; c < 3; ++c) radiance_sum[c] += static_cast<double>(phi[c]) / area;
-    const double m = static_cast<double>(found), smallest = static_cast<double>(smallest_radius);
-    searched += area * static_cast<double>(paths);
+  // Adds what an iteration found, and chooses the next radius. `footprint` [m] is a pixel's size there; below `smallest_radius` positions
+  // have no digits.
+  void update(const Gathered& gathered, const RadiusRule& rule, double footprint, float smallest_radius) {
+    for (int c = 0; c < 3; ++c) radiance_sum[c] += gathered.radiance[c];
+    const double m = static_cast<double>(gathered.count), smallest = static_cast<double>(smallest_radius);
+    searched += gathered.searched;
     if (rule.rule == SPPM_RADIUS_PROGRESSIVE) {
-      if (found == 0) return;
+      if (gathered.count == 0) return;
       if (radius <= smallest) {
         count += m;
         return;

@@ -131,6 +131,8 @@ void Session::iterate(SppmProgress& done) {
     const Stopwatch watch(done.seconds_camera);
     check_cancelled(run_camera_pass(*scene_, path_, iteration_, threads_, cancel_, samples_, camera));
     film_.start_radii(scene_->camera, samples_, settings_.initial_radius, threads_);
+    // Where something moves a pixel's points of other times lie elsewhere.
+    if (settings_.radius_rule == SPPM_RADIUS_DENSITY && !scene_->moves()) film_.use_spreads(samples_, size_[0], threads_);
   }
   std::vector<RayCounts> counts(batches.size());
   if (!batches.empty()) {

@@ -26,6 +26,13 @@ struct VisiblePoint {
   bool valid() const { return !is_black(weight); }
 };
 
+// The points of a surface that a visible point stands for, beside itself: an ellipse in which its pixel's points lie.
+struct PixelEllipse {
+  Vec3 center;
+  PackedDirection axis = 0;     // unit vector in the surface
+  float along = 0, across = 0;  // standard deviations along the axis and across it [m]; 0: the visible point stands for itself alone
+};
+
 // A glossy surface on the way to the visible point. Caustic photons are asked for; other light comes on the path's further way.
 struct GlossyPoint {
   VisiblePoint point;
@@ -40,6 +47,7 @@ struct TilePoints {
 
 struct CameraSample {
   VisiblePoint point;
+  PixelEllipse ellipse;
   Vec3 direct;        // emission, environment and direct light up to the visible point
   Vec3 indirect;      // light that paths bring to the visible point from other surfaces
   float alpha = 1;

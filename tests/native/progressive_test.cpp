@@ -25,20 +25,27 @@ const RadiusRule kSeed = rule(SPPM_RADIUS_PROGRESSIVE);
 
 double radiance(const PhotonEstimate& e, uint64_t iterations) { return static_cast<double>(e.radiance(iterations).x); }
 
+// An iteration with one visible point, whose disk of the estimate's radius finds `found` photons with the sum `phi`.
+void update(PhotonEstimate& e, uint64_t found, Vec3 phi, uint64_t paths, const RadiusRule& r, double footprint, float smallest) {
+  Gathered gathered;
+  gathered.add(found, phi, M_PI * e.radius * e.radius, paths);
+  e.update(gathered, r, footprint, smallest);
+}
+
 }  // namespace
 
 TEST_CASE("the progressive rule, by hand") {
   // N = 0, M = 8, gamma = 3/4: N' = 6, r'^2 / r^2 = 6/8, tau' = 16 * 6/8.
   const RadiusRule r = rule(SPPM_RADIUS_PROGRESSIVE, 0.75);
   PhotonEstimate e = start(2);
-  e.update(8, {16, 8, 0}, 1, r, 1, 0);
+  update(e, 8, {16, 8, 0}, 1, r, 1, 0);
   CHECK(e.count == doctest::Approx(6));
   CHECK(e.radius == doctest::Approx(2 * std::sqrt(0.75)));
   CHECK(e.radiance_sum[0] == doctest::Approx(12 / (M_PI * e.radius * e.radius)));
   CHECK(e.radiance_sum[1] == doctest::Approx(6 / (M_PI * e.radius * e.radius)));
   CHECK(e.radiance_sum[2] == 0);
   // N = 6, M = 2: N' = 7.5, shrink = 7.5/8, tau' = (12 + 4) * 7.5/8.
-  e.update(2, {4, 0, 0}, 1, r, 1, 0);
+  update(e, 2, {4, 0, 0}, 1, r, 1, 0);
   CHECK(e.count == doctest::Approx(7.5));
   CHECK(e.radius == doctest::Approx(2 * std::sqrt(0.75 * 7.5 / 8)));
   CHECK(e.radiance_sum[0] == doctest::Approx(15 / (M_PI * e.radius * e.radius)));
@@ -47,16 +54,16 @@ TEST_CASE("the progressive rule, by hand") {
 
 TEST_CASE("with gamma 2/3 the first photons leave two thirds of the area") {
   PhotonEstimate e = start(1);
-  e.update(9, {}, 1, kSeed, 1, 0);
+  update(e, 9, {}, 1, kSeed, 1, 0);
   CHECK(e.count == doctest::Approx(6));
   CHECK(e.radius * e.radius == doctest::Approx(2.0 / 3));
 }
 
 TEST_CASE("under the progressive rule an iteration that finds nothing changes nothing") {
   PhotonEstimate e = start(0.5);
-  e.update(3, {1, 2, 3}, 1, kSeed, 1, 0);
+  update(e, 3, {1, 2, 3}, 1, kSeed, 1, 0);
   const PhotonEstimate before = e;
-  e.update(0, {}, 1, kSeed, 1, 0);
+  update(e, 0, {}, 1, kSeed, 1, 0);
   CHECK(e.radius == before.radius);
   CHECK(e.count == before.count);
   CHECK(e.radiance_sum[1] == before.radiance_sum[1]);
@@ -67,7 +74,7 @@ TEST_CASE("no rule takes the radius below the smallest, and photons still add up
     RadiusRule r = rule(kind);
     r.shrink = 1e-9;
     PhotonEstimate e = start(0.3);
-    for (int i = 0; i < 100; ++i) e.update(1000, {1, 1, 1}, 1, r, 0.01, 0.2f);
+    for (int i = 0; i < 100; ++i) update(e, 1000, {1, 1, 1}, 1, r, 0.01, 0.2f);
     CHECK(e.radius == doctest::Approx(static_cast<double>(0.2f)));
     CHECK(radiance(e, 100) > 1 / (M_PI * 0.09));
   }
@@ -80,7 +87,7 @@ TEST_CASE("the pass-indexed rule follows Knaus and Zwicker, whatever is found") 
   double expected = square(static_cast<float>(kFirstRadius * 0.5));
   for (uint64_t i = 1; i <= 50; ++i) {
     r.shrink *= RadiusRule::step(i, gamma);
-    e.update(i % 7, {}, 1, r, 0.5, 0);
+    update(e, i % 7, {}, 1, r, 0.5, 0);
     expected *= (static_cast<double>(i) + gamma) / (static_cast<double>(i) + 1);
     CHECK(e.radius * e.radius == doctest::Approx(expected));
   }
@@ -92,15 +99,15 @@ TEST_CASE("the density rule aims at its count, within its limits, by what was fo
   const double footprint = 0.01, first = kFirstRadius * footprint;
   // As many paths as pixels, 40 photons in the first disk: the next one is to hold 10.
   PhotonEstimate e = start(first);
-  e.update(40, {}, 1000, r, footprint, 0);
+  update(e, 40, {}, 1000, r, footprint, 0);
   CHECK(e.radius == doctest::Approx(first / 2));
   // Half the paths find half the photons: the same radius.
   PhotonEstimate half = start(first);
-  half.update(20, {}, 500, r, footprint, 0);
+  update(half, 20, {}, 500, r, footprint, 0);
   CHECK(half.radius == doctest::Approx(first / 2));
   PhotonEstimate crowded = start(first), lonely = start(first);
-  crowded.update(1000000, {}, 1000, r, footprint, 0);
-  lonely.update(0, {}, 1000, r, footprint, 0);
+  update(crowded, 1000000, {}, 1000, r, footprint, 0);
+  update(lonely, 0, {}, 1000, r, footprint, 0);
   CHECK(crowded.radius == doctest::Approx(r.narrowest * footprint));
   CHECK(lonely.radius == doctest::Approx(first));
 }
@@ -108,7 +115,7 @@ TEST_CASE("the density rule aims at its count, within its limits, by what was fo
 TEST_CASE("radiance is the mean of what the iterations found over their disks") {
   PhotonEstimate e = start(0.5);
   CHECK(is_black(e.radiance(0)));
-  e.update(1, {3, 0, 0}, 1, kSeed, 1, 0);
+  update(e, 1, {3, 0, 0}, 1, kSeed, 1, 0);
   CHECK(radiance(e, 100) == doctest::Approx(3 / (M_PI * 0.25 * 100)));
   e.add({1, 0, 0});
   CHECK(radiance(e, 2) == doctest::Approx((3 / (M_PI * 0.25) + 1) / 2));
@@ -122,7 +129,7 @@ TEST_CASE("uniform light gives its radiance however far the radius shrinks, by e
     for (uint64_t i = 1; i <= 2000; ++i) {
       const auto m = static_cast<uint64_t>(std::lround(1000 * M_PI * e.radius * e.radius));
       r.shrink *= RadiusRule::step(i, r.gamma);
-      e.update(m, splat(static_cast<float>(m) / 500), 500, r, 1 / kFirstRadius, 0);
+      update(e, m, splat(static_cast<float>(m) / 500), 500, r, 1 / kFirstRadius, 0);
     }
     CHECK(e.radius < 0.4);
     CHECK(radiance(e, 2000) == doctest::Approx(2).epsilon(0.01));
@@ -136,7 +143,7 @@ TEST_CASE("a million iterations lose no digits that matter") {
   for (int i = 0; i < 1000000; ++i) {
     const uint64_t m = static_cast<uint64_t>(i) % 3;
     const float phi = static_cast<float>(m) * 0.37f;
-    e.update(m, {phi, 0, 0}, 1, kSeed, 1, 0);
+    update(e, m, {phi, 0, 0}, 1, kSeed, 1, 0);
     sum += static_cast<long double>(phi) / area;
     if (m == 0) continue;
     area *= (count + gamma * m) / (count + m);
@@ -155,7 +162,7 @@ TEST_CASE("the same million iterations in float go wrong") {
   constexpr int n = 1000000;
   for (int i = 0; i < n; ++i) {
     const float m = static_cast<float>(1 + i % 3), phi = m * 0.37f, light = 0.1f;
-    exact.update(static_cast<uint64_t>(m), {phi, 0, 0}, 1, kSeed, 1, 0);
+    update(exact, static_cast<uint64_t>(m), {phi, 0, 0}, 1, kSeed, 1, 0);
     photons += phi / (kPi * radius * radius);
     radius *= std::sqrt((count + 2.0f / 3 * m) / (count + m));
     count += 2.0f / 3 * m;
@@ -172,9 +179,9 @@ TEST_CASE("counts go past 2^32") {
   PhotonEstimate e = start(0.5);
   const RadiusRule r = rule(SPPM_RADIUS_PROGRESSIVE, 0.75);
   const uint64_t many = (uint64_t{1} << 32) + 1000;
-  e.update(many, {1, 0, 0}, many, r, 1, 0);
+  update(e, many, {1, 0, 0}, many, r, 1, 0);
   CHECK(e.count == doctest::Approx(0.75 * static_cast<double>(many)).epsilon(1e-12));
-  e.update(1, {}, many, r, 1, 0);
+  update(e, 1, {}, many, r, 1, 0);
   CHECK(e.count == doctest::Approx(0.75 * static_cast<double>(many) + 0.75).epsilon(1e-15));
   const uint64_t iterations = uint64_t{5} << 40;
   CHECK(radiance(e, iterations) == doctest::Approx(1 / (M_PI * 0.25 * static_cast<double>(iterations))).epsilon(1e-6));
