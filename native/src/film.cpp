@@ -24,10 +24,11 @@ struct Found {
   uint64_t dropped = 0, points = 0;
   float smallest_radius = 0;  // that all positions can tell
 
-  void ask(const VisiblePoint& vp, const Kernel& kernel, const std::vector<Lobe>& lobes, const PhotonMap& map, float share, uint64_t paths) {
+  void ask(const VisiblePoint& vp, const Kernel& kernel, const std::vector<Lobe>& lobes, const PhotonMap& map, const Creases& creases,
+           float share, uint64_t paths) {
     Gatherer gatherer(vp, kernel, vp.lobe == VisiblePoint::kLambert ? nullptr : &lobes[vp.lobe]);
     map.visit_within(kernel.center(), kernel.radius(), [&](const PhotonGroup& group, uint32_t lanes) { gatherer.add(group, lanes); });
-    gathered.add(gatherer.count(), gatherer.phi() * share, kernel.area(), paths);
+    gathered.add(gatherer.count(), gatherer.phi() * share, kernel.area() * static_cast<double>(creases.share(kernel)), paths);
     dropped += gatherer.dropped(), ++points;
     smallest_radius = std::max(smallest_radius, sppm::smallest_radius(vp.p));
   }
@@ -39,7 +40,7 @@ void announce(PhotonMap& map, const Kernel& kernel) { map.announce(kernel.center
 constexpr float kWidening = 0.25f;
 
 // A disk that reaches over the end of its surface finds too few photons.
-constexpr float kEdgeRadius = 1.8f;
+const float kEdgeRadius = getenv("KE") ? static_cast<float>(atof(getenv("KE"))) : 1.8f;
 
 // Lowers a row to the least of its neighbouring row's values plus their distance.
 void lower_by_row(float* row, const float* neighbor, uint64_t width, float slope) {
@@ -140,14 +141,15 @@ uint64_t Film::update(const CameraSamples& samples, const PhotonMaps& maps, cons
       pixel.photons[kIndirect].add(sample.indirect);
       pixel.alpha += static_cast<double>(sample.alpha);
       std::array<Found, kPhotonKinds> found;
-      const auto ask = [&](const VisiblePoint& vp, const PixelEllipse& ellipse, size_t kind) {
+      const Creases near = pixel.spread.near_edge && sample.point.valid() ? creases(samples, x, y, width) : Creases{};
+      const auto ask = [&](const VisiblePoint& vp, const PixelEllipse& ellipse, const Creases& creases, size_t kind) {
         if (rules.paths[kind] == 0) return;
         const float share = kind == kCaustic ? vp.caustic_share : 1;
         const Kernel kernel(vp, ellipse, static_cast<float>(pixel.photons[kind].radius));
-        found[kind].ask(vp, kernel, points.lobes, maps[kind], share, rules.paths[kind]);
+        found[kind].ask(vp, kernel, points.lobes, maps[kind], creases, share, rules.paths[kind]);
       };
-      for (size_t kind = 0; kind < kPhotonKinds && sample.point.valid(); ++kind) ask(sample.point, sample.ellipse, kind);
-      for (; glossy != points.glossy.end() && glossy->pixel == i; ++glossy) ask(glossy->point, {}, kCaustic);
+      for (size_t kind = 0; kind < kPhotonKinds && sample.point.valid(); ++kind) ask(sample.point, sample.ellipse, near, kind);
+      for (; glossy != points.glossy.end() && glossy->pixel == i; ++glossy) ask(glossy->point, {}, {}, kCaustic);
       for (size_t kind = 0; kind < kPhotonKinds; ++kind) {
         const Found& f = found[kind];
         if (f.points == 0) continue;
@@ -161,6 +163,28 @@ uint64_t Film::update(const CameraSamples& samples, const PhotonMaps& maps, cons
   return std::accumulate(dropped.begin(), dropped.end(), uint64_t{0});
 }
 
+// The creases within the largest disk of a pixel whose sample has a visible point.
+Creases Film::creases(const CameraSamples& samples, uint64_t x, uint64_t y, uint64_t width) const {
+  constexpr int64_t kWindow = static_cast<int64_t>(kFirstRadius) + 1;
+  const auto w = static_cast<int64_t>(width), h = static_cast<int64_t>(pixels_.size()) / w;
+  const auto own_x = static_cast<int64_t>(x), own_y = static_cast<int64_t>(y);
+  const size_t own = y * width + x;
+  const TangentAxes axes(samples.pixels[own].point);
+  Creases found;
+  if (!pixels_[own].spread.has(samples.pixels[own].point, axes, pixels_[own].footprint)) return found;
+  for (int64_t dy = -kWindow; dy <= kWindow; ++dy)
+    for (int64_t dx = -kWindow; dx <= kWindow; ++dx) {
+      if (own_x + dx < 0 || own_x + dx >= w || own_y + dy < 0 || own_y + dy >= h) continue;
+      const size_t i = static_cast<size_t>((own_y + dy) * w + own_x + dx);
+      const VisiblePoint& vp = samples.pixels[i].point;
+      if (!vp.valid() || vp.ng == samples.pixels[own].point.ng) continue;
+      const TangentAxes other(vp);
+      if (!pixels_[i].spread.has(vp, other, pixels_[i].footprint)) continue;
+      found.add(pixels_[own].spread, axes, pixels_[i].spread, other, pixels_[own].footprint, std::hypot(static_cast<float>(dx), static_cast<float>(dy)));
+    }
+  return found;
+}
+
 // A pixel's disk that reaches a bright spot from beside it adds light that the spot's own small disks do not lack. So no disk may be so
 // much wider than one near by that it reaches that one's.
 void Film::limit_radii(uint64_t width, double shrink, const Threads& threads) {
@@ -168,6 +192,7 @@ void Film::limit_radii(uint64_t width, double shrink, const Threads& threads) {
   std::vector<float> distance(pixels_.size());
   for (size_t i = 0; i < distance.size(); ++i) distance[i] = pixels_[i].spread.edge ? 0 : kInfinity;
   spread_least(distance, width, height, 1);
+  for (size_t i = 0; i < distance.size(); ++i) pixels_[i].spread.near_edge = distance[i] < kFirstRadius;
   const float least = kEdgeRadius * static_cast<float>(std::sqrt(shrink));
   threads.for_each(kPhotonKinds, [&](uint64_t kind) {
     std::vector<float> radii(pixels_.size());  // in footprints

@@ -7,6 +7,7 @@
 
 #include "camera_pass.h"
 #include "photon_pass.h"
+#include "crease.h"
 #include "pixel_spread.h"
 #include "progressive.h"
 #include "sppm/sppm.h"
@@ -50,6 +51,7 @@ class Film {
   uint64_t memory() const;
 
  private:
+  Creases creases(const CameraSamples& samples, uint64_t x, uint64_t y, uint64_t width) const;
   void limit_radii(uint64_t width, double shrink, const Threads& threads);
   void add_data(const CameraSamples& samples, const Threads& threads);
   void read_data(SppmPass pass, float* out) const;

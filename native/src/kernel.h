@@ -32,6 +32,17 @@ class Kernel {
   float radius() const { return radius_; }
   // [m^2] Weights have the mean 1 over it.
   double area() const { return M_PI * static_cast<double>(across_) * static_cast<double>(along_); }
+  // Of the weight, where dot(x, outward) <= end; at least a half, for the center is on the surface. `outward` is a unit vector in it.
+  float share_before(Vec3 outward, float end) const {
+    const float l = dot(outward, axis_);
+    const float half_width = std::sqrt(square(across_) * std::max(0.0f, 1 - l * l) + square(along_ * l));
+    const float x = std::max(0.0f, end - dot(center_, outward)) / half_width;
+    if (x >= 1) return 1;
+    // Integrals of (1 - x^2)^(1/2) and, for the hill, (1 - x^2)^(7/2).
+    const float y2 = 1 - x * x, y = std::sqrt(y2), disk = x * y + std::asin(x);
+    if (!hill_) return 0.5f + disk / kPi;
+    return 0.5f + (128.0f / 35 * x * y * y2 * (y2 * y2 / 8 + 7.0f / 48 * y2 + 35.0f / 192) + disk) / kPi;
+  }
   // At d from the point, within the ball.
   float weight(Vec3 d) const {
     if (!hill_) return 1;
