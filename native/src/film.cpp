@@ -39,8 +39,7 @@ void announce(PhotonMap& map, const Kernel& kernel) { map.announce(kernel.center
 // How much wider than its neighbour's a pixel's disk may be, in footprints a pixel.
 constexpr float kWidening = 0.25f;
 
-// A disk that reaches over the end of its surface finds too few photons.
-const float kEdgeRadius = getenv("KE") ? static_cast<float>(atof(getenv("KE"))) : 1.8f;
+constexpr uint64_t kCreaseWindow = 4;  // pixels within which creases are looked for: a little more than the first radius
 
 // Lowers a row to the least of its neighbouring row's values plus their distance.
 void lower_by_row(float* row, const float* neighbor, uint64_t width, float slope) {
@@ -98,12 +97,32 @@ void Film::use_spreads(CameraSamples& samples, uint64_t width, const Threads& th
       if (!spread.has(vp, axes, pixels_[i].footprint)) continue;
       spread.edge = !((x == 0 || goes_on(i - 1)) && (x + 1 == width || goes_on(i + 1)) && (y == 0 || goes_on(i - width)) &&
                       (y + 1 == height || goes_on(i + width)));
-      if (!spread.edge) samples.pixels[i].ellipse = spread.ellipse(vp, axes);
+      if (!spread.edge) samples.pixels[i].ellipse = spread.ellipse(axes);
     }
   });
+  find_near_edges(width, threads);
   threads.for_blocks(pixels_.size(), kGrain, [&](uint64_t begin, uint64_t end) {
     for (uint64_t i = begin; i < end; ++i)
       if (samples.pixels[i].point.valid()) pixels_[i].spread.add(samples.pixels[i].point, pixels_[i].footprint);
+  });
+}
+
+// Marks the pixels around edges: first along rows, then along columns.
+void Film::find_near_edges(uint64_t width, const Threads& threads) {
+  const uint64_t height = pixels_.size() / width;
+  std::vector<uint8_t> along_row(pixels_.size());
+  const auto any = [](uint64_t at, uint64_t size, auto is_marked) {
+    for (uint64_t i = at - std::min(at, kCreaseWindow); i <= std::min(at + kCreaseWindow, size - 1); ++i)
+      if (is_marked(i)) return true;
+    return false;
+  };
+  threads.for_each(height, [&](uint64_t y) {
+    for (uint64_t x = 0; x < width; ++x)
+      along_row[y * width + x] = any(x, width, [&](uint64_t i) { return pixels_[y * width + i].spread.edge; });
+  });
+  threads.for_each(height, [&](uint64_t y) {
+    for (uint64_t x = 0; x < width; ++x)
+      pixels_[y * width + x].spread.near_edge = any(y, height, [&](uint64_t i) { return along_row[i * width + x] != 0; });
   });
 }
 
@@ -139,7 +158,7 @@ uint64_t Film::update(const CameraSamples& samples, const PhotonMaps& maps, cons
       pixel.direct[1] += static_cast<double>(sample.direct.y);
       pixel.direct[2] += static_cast<double>(sample.direct.z);
       pixel.photons[kIndirect].add(sample.indirect);
-      pixel.alpha += static_cast<double>(sample.alpha);
+      pixel.alpha += (sample.alpha - pixel.alpha) / static_cast<float>(iterations_);
       std::array<Found, kPhotonKinds> found;
       const Creases near = pixel.spread.near_edge && sample.point.valid() ? creases(samples, x, y, width) : Creases{};
       const auto ask = [&](const VisiblePoint& vp, const PixelEllipse& ellipse, const Creases& creases, size_t kind) {
@@ -159,25 +178,25 @@ uint64_t Film::update(const CameraSamples& samples, const PhotonMaps& maps, cons
     });
   });
   // Every batch of photons may become indirect light: without any there is no disk to limit.
-  if (rules.radius.rule == SPPM_RADIUS_DENSITY && rules.paths[kIndirect] > 0) limit_radii(width, rules.radius.shrink, threads);
+  if (rules.radius.rule == SPPM_RADIUS_DENSITY && rules.paths[kIndirect] > 0) limit_radii(width, threads);
   return std::accumulate(dropped.begin(), dropped.end(), uint64_t{0});
 }
 
 // The creases within the largest disk of a pixel whose sample has a visible point.
 Creases Film::creases(const CameraSamples& samples, uint64_t x, uint64_t y, uint64_t width) const {
-  constexpr int64_t kWindow = static_cast<int64_t>(kFirstRadius) + 1;
   const auto w = static_cast<int64_t>(width), h = static_cast<int64_t>(pixels_.size()) / w;
   const auto own_x = static_cast<int64_t>(x), own_y = static_cast<int64_t>(y);
   const size_t own = y * width + x;
   const TangentAxes axes(samples.pixels[own].point);
   Creases found;
   if (!pixels_[own].spread.has(samples.pixels[own].point, axes, pixels_[own].footprint)) return found;
-  for (int64_t dy = -kWindow; dy <= kWindow; ++dy)
-    for (int64_t dx = -kWindow; dx <= kWindow; ++dx) {
+  constexpr auto kReach = static_cast<int64_t>(kCreaseWindow);
+  for (int64_t dy = -kReach; dy <= kReach; ++dy)
+    for (int64_t dx = -kReach; dx <= kReach; ++dx) {
       if (own_x + dx < 0 || own_x + dx >= w || own_y + dy < 0 || own_y + dy >= h) continue;
       const size_t i = static_cast<size_t>((own_y + dy) * w + own_x + dx);
       const VisiblePoint& vp = samples.pixels[i].point;
-      if (!vp.valid() || vp.ng == samples.pixels[own].point.ng) continue;
+      if (pixels_[i].spread.normal == pixels_[own].spread.normal || !vp.valid()) continue;
       const TangentAxes other(vp);
       if (!pixels_[i].spread.has(vp, other, pixels_[i].footprint)) continue;
       found.add(pixels_[own].spread, axes, pixels_[i].spread, other, pixels_[own].footprint, std::hypot(static_cast<float>(dx), static_cast<float>(dy)));
@@ -187,18 +206,13 @@ Creases Film::creases(const CameraSamples& samples, uint64_t x, uint64_t y, uint
 
 // A pixel's disk that reaches a bright spot from beside it adds light that the spot's own small disks do not lack. So no disk may be so
 // much wider than one near by that it reaches that one's.
-void Film::limit_radii(uint64_t width, double shrink, const Threads& threads) {
+void Film::limit_radii(uint64_t width, const Threads& threads) {
   const uint64_t height = pixels_.size() / width;
-  std::vector<float> distance(pixels_.size());
-  for (size_t i = 0; i < distance.size(); ++i) distance[i] = pixels_[i].spread.edge ? 0 : kInfinity;
-  spread_least(distance, width, height, 1);
-  for (size_t i = 0; i < distance.size(); ++i) pixels_[i].spread.near_edge = distance[i] < kFirstRadius;
-  const float least = kEdgeRadius * static_cast<float>(std::sqrt(shrink));
   threads.for_each(kPhotonKinds, [&](uint64_t kind) {
     std::vector<float> radii(pixels_.size());  // in footprints
     for (size_t i = 0; i < radii.size(); ++i) {
       const Pixel& p = pixels_[i];
-      radii[i] = p.footprint > 0 ? std::min(distance[i] + least, static_cast<float>(p.photons[kind].radius) / p.footprint) : kInfinity;
+      radii[i] = p.footprint > 0 ? static_cast<float>(p.photons[kind].radius) / p.footprint : kInfinity;
     }
     spread_least(radii, width, height, kWidening);
     for (size_t i = 0; i < radii.size(); ++i) {
@@ -258,7 +272,7 @@ void Film::read(SppmPass pass, float* out) const {
     switch (pass) {
       case SPPM_PASS_COMBINED:
         put(direct() + caustic.radiance(iterations_) + indirect.radiance(iterations_));
-        *out++ = static_cast<float>(p.alpha * scale);
+        *out++ = p.alpha;
         break;
       case SPPM_PASS_DIRECT: put(direct()); break;
       case SPPM_PASS_INDIRECT: put(indirect.radiance(iterations_)); break;

@@ -17,8 +17,8 @@ namespace sppm {
 struct Pixel {
   std::array<PhotonEstimate, kPhotonKinds> photons;  // what paths bring from other surfaces is in the sum of kIndirect
   double direct[3] = {0, 0, 0};
-  double alpha = 0;
   PixelSpread spread;
+  float alpha = 0;  // mean of the iterations
   float footprint = 0;  // of the pixel where it first saw a surface, or what `initial_radius` takes it for [m]; 0 until then
 };
 
@@ -51,8 +51,9 @@ class Film {
   uint64_t memory() const;
 
  private:
+  void find_near_edges(uint64_t width, const Threads& threads);
   Creases creases(const CameraSamples& samples, uint64_t x, uint64_t y, uint64_t width) const;
-  void limit_radii(uint64_t width, double shrink, const Threads& threads);
+  void limit_radii(uint64_t width, const Threads& threads);
   void add_data(const CameraSamples& samples, const Threads& threads);
   void read_data(SppmPass pass, float* out) const;
 

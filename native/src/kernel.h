@@ -9,20 +9,26 @@
 
 namespace sppm {
 
-// A disk, or where the point stands for an ellipse a smooth hill over it, (1 - q)^3, whose variances are the ellipse's, or the disk's where
-// that is wider.
+// A disk, or where the point stands for an ellipse that the disk would not cover, a kernel over it whose variances are the ellipse's, or the
+// disk's where that is wider: flat where the disk is wider than the ellipse, which then has no shape to keep, else the smooth hill (1 - q)^3,
+// which is near to the pixel's filter.
 class Kernel {
  public:
   Kernel(const VisiblePoint& vp, const PixelEllipse& ellipse, float disk_radius)
       : center_(vp.p), radius_(disk_radius), across_(disk_radius), along_(disk_radius) {
     if (!(ellipse.across > 0)) return;
-    const float least = 0.5f * disk_radius;  // a disk's standard deviation
-    hill_ = true;
     center_ = ellipse.center;
+    const float disk = 0.5f * disk_radius;  // its standard deviation
+    if (ellipse.along <= disk) return;
+    hill_ = ellipse.across > disk;
     axis_ = unpack_direction(ellipse.axis);
-    across_ = kReach * std::max(ellipse.across, least);
-    along_ = kReach * std::max(ellipse.along, least);
-    radius_ = std::max(across_, along_);
+    const float across = std::max(ellipse.across, disk), along = std::min(ellipse.along, kLongest * across);
+    // Of a long ellipse the kernel covers a part, and camera samples the rest.
+    if (along < ellipse.along) center_ += axis_ * (dot(vp.p - center_, axis_) * std::sqrt(1 - square(along / ellipse.along)));
+    const float reach = hill_ ? kHillReach : 2;
+    across_ = reach * across;
+    along_ = reach * along;
+    radius_ = along_;
     inverse_ = 1 / square(across_);
     stretch_ = 1 / square(along_) - inverse_;
   }
@@ -45,14 +51,15 @@ class Kernel {
   }
   // At d from the point, within the ball.
   float weight(Vec3 d) const {
-    if (!hill_) return 1;
+    if (inverse_ == 0) return 1;  // within the ball is within the disk
     const float q = dot(d, d) * inverse_ + square(dot(d, axis_)) * stretch_;
-    return q < 1 ? (kPower + 1) * cube(1 - q) : 0;
+    return q >= 1 ? 0 : hill_ ? (kPower + 1) * cube(1 - q) : 1;
   }
 
  private:
   static constexpr float kPower = 3;
-  static constexpr float kReach = 3.1622777f;  // half axis over standard deviation: the root of 2 (kPower + 2)
+  static constexpr float kHillReach = 3.1622777f;  // half axis over standard deviation: the root of 2 (kPower + 2)
+  static constexpr float kLongest = 2;             // of an ellipse over its width: the ball around a longer one holds mostly other photons
 
   static float cube(float x) { return x * x * x; }
 

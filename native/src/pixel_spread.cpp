@@ -9,8 +9,6 @@ constexpr float kReach = 6;
 constexpr float kOffPlane = 0.25f;
 // Standard deviation of Blender's filter of 1.5 pixels, in footprints, and how many points it counts for.
 constexpr float kPriorSpread = 0.4f, kPriorPoints = 3;
-// Of an ellipse over its width.
-constexpr float kLongest = 4;
 constexpr uint32_t kMostPoints = (1 << 14) - 1;
 
 // The coordinates that remain.
@@ -27,6 +25,7 @@ bool PixelSpread::near_plane(Vec3 p, const TangentAxes& axes, float footprint) c
 void PixelSpread::begin(const VisiblePoint& vp, const TangentAxes& axes, float footprint) {
   const Vec3 n = abs(axes.normal);
   mean = vp.p;
+  normal = vp.ng;
   count = 1, others = 0;
   dropped = n.x >= n.y && n.x >= n.z ? 0 : n.y >= n.z ? 1 : 2;
   // A disk around the line of sight, cut by the surface.
@@ -60,7 +59,7 @@ void PixelSpread::add(const VisiblePoint& vp, float footprint) {
   vv += (before[v] * after[v] - vv) * share;
 }
 
-PixelEllipse PixelSpread::ellipse(const VisiblePoint& vp, const TangentAxes& axes) const {
+PixelEllipse PixelSpread::ellipse(const TangentAxes& axes) const {
   // From the two coordinates to the plane: the normal tells the third.
   const Frame frame(axes.normal);
   const int u = first_kept(dropped), v = second_kept(dropped), w = static_cast<int>(dropped);
@@ -74,13 +73,7 @@ PixelEllipse PixelSpread::ellipse(const VisiblePoint& vp, const TangentAxes& axe
   const float half = 0.5f * (ss + tt), root = std::sqrt(square(0.5f * (ss - tt)) + st * st);
   const float angle = 0.5f * std::atan2(2 * st, ss - tt);
   const Vec3 axis = frame.s * std::cos(angle) + frame.t * std::sin(angle);
-  PixelEllipse e{mean, pack_direction(axis), std::sqrt(half + root), std::sqrt(std::max(half - root, 1e-4f * half))};
-  const float longest = kLongest * e.across;
-  if (e.along <= longest) return e;
-  // Of a longer one the kernel covers a part, and camera samples the rest.
-  e.center += axis * (dot(vp.p - mean, axis) * std::sqrt(1 - square(longest / e.along)));
-  e.along = longest;
-  return e;
+  return {mean, pack_direction(axis), std::sqrt(half + root), std::sqrt(std::max(half - root, 1e-4f * half))};
 }
 
 }  // namespace sppm

@@ -30,6 +30,7 @@ struct TangentAxes {
 
 struct PixelSpread {
   Vec3 mean;  // [m]
+  PackedDirection normal = 0;  // where the first point was
   // Covariance matrix of the two coordinates that a plane with the first point's normal is best told by [m^2].
   float uu = 0, uv = 0, vv = 0;
   uint32_t count : 14 = 0;     // points on this surface, since the pixel chose it; both counts forget the oldest points in the end
@@ -40,7 +41,7 @@ struct PixelSpread {
 
   // Whether the point belongs to the same surface; `footprint` is a pixel's size there [m].
   bool has(const VisiblePoint& vp, const TangentAxes& axes, float footprint) const {
-    return count > 0 && near_plane(vp.p, axes, footprint);
+    return count > 0 && near_plane(vp.p, axes, footprint) && dot(axes.normal, unpack_direction(normal)) > kSameNormal;
   }
 
   // Whether the surface goes on to a neighbouring pixel.
@@ -49,12 +50,14 @@ struct PixelSpread {
   }
 
   // What a point of the surface may stand for.
-  PixelEllipse ellipse(const VisiblePoint& vp, const TangentAxes& axes) const;
+  PixelEllipse ellipse(const TangentAxes& axes) const;
 
   // The majority of its points decides which surface is the pixel's (Boyer and Moore 1981).
   void add(const VisiblePoint& vp, float footprint);
 
  private:
+  static constexpr float kSameNormal = 0.9f;
+
   bool near_plane(Vec3 p, const TangentAxes& axes, float footprint) const;
   void begin(const VisiblePoint& vp, const TangentAxes& axes, float footprint);
 };

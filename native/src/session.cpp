@@ -170,8 +170,6 @@ PhotonRules Session::rules(std::span<const PhotonBatch> batches) const {
   rules.radius.gamma = settings_.gamma;
   rules.radius.shrink = shrink_;
   rules.radius.pixels = pixels();
-  if (getenv("KW")) rules.radius.wanted = atof(getenv("KW"));
-  if (getenv("KN")) rules.radius.narrowest = atof(getenv("KN"));
   return rules;
 }
 
