@@ -25,21 +25,36 @@ class Creases {
     const float before_other = -dot(d, other_axes.normal), before_own = dot(d, axes.normal);
     // Inner edges have each in front of the other, outer ones behind; else one hides the other.
     if (before_other * before_own <= 0) return;
-    const float pixel = footprint / std::min(axes.cosine, other_axes.cosine);
-    if (dot(d, d) > square((pixels + 1) * pixel)) return;
     const float sine = std::sqrt(1 - turn * turn);
     const Vec3 across = (other_axes.normal - axes.normal * turn) / sine;  // unit, in the own plane
     const Vec3 outward = before_other > 0 ? -across : across;
     // Only straight across: the other surface may not go on along the line.
-    const Vec3 line = cross(axes.normal, outward);
-    if (std::abs(dot(d, line)) > pixel) return;
-    const Line found{outward, dot(own.mean, outward) + std::abs(before_other) / sine, pixels};
+    if (std::abs(dot(d, cross(axes.normal, outward))) > footprint / std::min(axes.cosine, other_axes.cosine)) return;
+    // The line is seen between both, or else the nearer surface hides that they do not meet.
+    const float to_line = std::abs(before_other) / sine;
+    const Vec3 sight = axes.sight();
+    const auto seen = [&](Vec3 v) { return length(v - sight * dot(v, sight)); };
+    const float apart = seen(d);
+    if (apart > (pixels + 1) * footprint || seen(outward * to_line) + seen(d - outward * to_line) > apart + footprint) return;
+    const Line found{outward, dot(own.mean, outward) + to_line, pixels};
     for (int i = 0; i < count_; ++i)
       if (dot(lines_[i].outward, outward) > kSameLine) {
         if (found.pixels < lines_[i].pixels) lines_[i] = found;
         return;
       }
     if (count_ < kMost) lines_[count_++] = found;
+  }
+
+  bool any() const { return count_ > 0; }
+  // Takes back the lines beyond which a pixel near by still sees the own plane: what seemed to end it there only hides a part.
+  void check(const PixelSpread& own, const TangentAxes& axes, const PixelSpread& other, float footprint) {
+    if (std::abs(dot(other.mean - own.mean, axes.normal)) > kMargin * footprint) return;
+    for (int i = 0; i < count_;)
+      if (dot(other.mean, lines_[i].outward) > lines_[i].end + kMargin * footprint) {
+        lines_[i] = lines_[--count_];
+      } else {
+        ++i;
+      }
   }
 
   // Share of a kernel's weight that lies on the surface.
@@ -52,7 +67,8 @@ class Creases {
  private:
   static constexpr float kSameSurface = 0.7f;  // as Gatherer has it
   static constexpr float kSameLine = 0.8f;
-  static constexpr int kMost = 3;
+  static constexpr float kMargin = 0.25f;  // in footprints
+  static constexpr int kMost = 2;  // as in the corner of a room
 
   struct Line {
     Vec3 outward;

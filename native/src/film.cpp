@@ -191,16 +191,22 @@ Creases Film::creases(const CameraSamples& samples, uint64_t x, uint64_t y, uint
   Creases found;
   if (!pixels_[own].spread.has(samples.pixels[own].point, axes, pixels_[own].footprint)) return found;
   constexpr auto kReach = static_cast<int64_t>(kCreaseWindow);
-  for (int64_t dy = -kReach; dy <= kReach; ++dy)
-    for (int64_t dx = -kReach; dx <= kReach; ++dx) {
-      if (own_x + dx < 0 || own_x + dx >= w || own_y + dy < 0 || own_y + dy >= h) continue;
-      const size_t i = static_cast<size_t>((own_y + dy) * w + own_x + dx);
-      const VisiblePoint& vp = samples.pixels[i].point;
-      if (pixels_[i].spread.normal == pixels_[own].spread.normal || !vp.valid()) continue;
-      const TangentAxes other(vp);
-      if (!pixels_[i].spread.has(vp, other, pixels_[i].footprint)) continue;
-      found.add(pixels_[own].spread, axes, pixels_[i].spread, other, pixels_[own].footprint, std::hypot(static_cast<float>(dx), static_cast<float>(dy)));
-    }
+  const auto visit = [&](auto use) {
+    for (int64_t j = std::max<int64_t>(own_y - kReach, 0); j <= std::min(own_y + kReach, h - 1); ++j)
+      for (int64_t i = std::max<int64_t>(own_x - kReach, 0); i <= std::min(own_x + kReach, w - 1); ++i)
+        if (pixels_[static_cast<size_t>(j * w + i)].spread.count > 0) use(static_cast<size_t>(j * w + i), i - own_x, j - own_y);
+  };
+  const PixelSpread& spread = pixels_[own].spread;
+  const float footprint = pixels_[own].footprint;
+  visit([&](size_t i, int64_t dx, int64_t dy) {
+    const PixelSpread& other = pixels_[i].spread;
+    const VisiblePoint& vp = samples.pixels[i].point;
+    if (other.normal == spread.normal || !vp.valid()) return;
+    const TangentAxes other_axes(vp);
+    if (!other.has(vp, other_axes, pixels_[i].footprint)) return;
+    found.add(spread, axes, other, other_axes, footprint, std::hypot(static_cast<float>(dx), static_cast<float>(dy)));
+  });
+  if (found.any()) visit([&](size_t i, int64_t, int64_t) { found.check(spread, axes, pixels_[i].spread, footprint); });
   return found;
 }
 

@@ -26,6 +26,8 @@ struct TangentAxes {
     along = sine > 1e-3f ? in_plane / sine : Frame(normal).s;
     cosine = std::max(dot(wo, normal), 1e-3f);
   }
+  // Toward the camera.
+  Vec3 sight() const { return normal * cosine + along * std::sqrt(std::max(0.0f, 1 - cosine * cosine)); }
 };
 
 struct PixelSpread {

@@ -1,0 +1,56 @@
+"""The region in which a pixel gathers photons: where its surface ends, and where it is the pixel's own filter."""
+
+import numpy as np
+import pytest
+from scenes import Scene, at, box, diffuse, emission, floor, glass, look_at, render
+from sppm.scene_desc import LightType
+
+
+def blocks(picture, size):
+    """Means of squares of size x size pixels."""
+    n = len(picture) // size
+    return picture.reshape(n, size, n, size).mean((1, 3))
+
+
+@pytest.mark.parametrize("inner", [False, True], ids=["room", "block in it"])
+def test_creases_take_no_light(inner):
+    """In a furnace all indirect light is alike, also where a disk reaches over an inner or an outer edge."""
+    albedo = 0.5
+    scene = Scene().add(box((-1, -1, -1), (1, 1, 1)), diffuse(albedo), emission(1))
+    if inner:
+        scene.add(box((-0.4, 0.1, -0.4), (0.4, 0.7, 0.4)), diffuse(albedo), emission(1))
+    # Three walls' corner, or three faces of the block before two walls.
+    scene.camera(look_at((0.9, -0.9, 0.9), (-0.2, 0.3, -0.2)), 0.6 if inner else 0.9, 48)
+    pictures = [render(scene, "Indirect", iterations=24, photons_per_iteration=8000, indirect="PHOTONS", seed=seed)[..., 0]
+                for seed in range(4)]
+    ratio = blocks(np.mean(pictures, 0), 4) / (albedo**2 / (1 - albedo))
+    assert abs(ratio.mean() - 1) < 0.02  # it is 0.95 and 0.96 where disks count all of their area
+    assert 0.85 < ratio.min() and ratio.max() < 1.1  # 0.67 and 0.75
+
+
+def lit_through_a_pane(tilt):
+    """A floor that a lamp above a pane of glass lights: all of its light counts as caustic, and none of it has an edge."""
+    scene = Scene().add(floor(3), diffuse(0.6)).add(box((-0.2, -0.2, 1), (0.2, 0.2, 1.01)), glass())
+    return scene.light(LightType.POINT, at(0, 0, 1.5), 10).camera(look_at((0, -tilt, 0.8), (0, 0, 0)), 0.1, 16)
+
+
+@pytest.mark.parametrize("tilt", [0.01, 1.5])
+def test_noise_falls_as_one_over_photons(tilt):
+    """A kernel that is the pixel's filter does not shrink: four times the iterations leave a quarter of the variance, or less.
+
+    With disks that shrink by N^-0.3 it is 0.39.
+    """
+    scene = lit_through_a_pane(tilt)
+    variances = {}
+    for iterations in (16, 64):
+        pictures = [render(scene, "Caustics", iterations=iterations, photons_per_iteration=64 * 256, seed=seed)[..., 1] for seed in range(8)]
+        variances[iterations] = np.var(pictures, 0, ddof=1).mean() / np.mean(pictures) ** 2
+    assert variances[64] / variances[16] < 0.34
+
+
+def test_kernels_keep_the_mean():
+    """Shrinking disks and kernels of the pixel's size find the same light."""
+    scene = lit_through_a_pane(1.5)
+    means = {rule: np.mean([render(scene, "Caustics", iterations=32, photons_per_iteration=64 * 256, radius_rule=rule, seed=seed)
+                            for seed in range(6)]) for rule in ("DENSITY", "PASS_INDEXED")}
+    assert means["DENSITY"] == pytest.approx(means["PASS_INDEXED"], rel=0.005)
