@@ -5,24 +5,46 @@ import numpy as np
 WORST = 0.001  # share of the pixels that a trimmed mean leaves out: a few fireflies say nothing about all others
 
 
-def squared_relative_errors(picture, reference):
-    """(height, width) of (a - b)^2 / (b^2 + 0.01 mean(b)^2), averaged over the channels; the mean is the whole reference's.
+def scale_of(reference):
+    """(height, width, channels) of b^2 averaged over 3x3 pixels, plus 0.01 mean(b)^2, mean(b) of the whole: squared errors are
+    divided by it.
+
+    b^2 of the pixel alone would weigh errors most where noise has made b too small; the square of the average would weigh them by up
+    to 81 where a single pixel is bright.
 
     Raises:
-        ValueError: the shapes differ, or the reference is black or not finite.
+        ValueError: the reference is black or not finite.
     """
-    a, b = (np.asarray(p, np.float64) for p in (picture, reference))
-    if a.shape != b.shape or a.ndim != 3:
-        raise ValueError(f"pictures of shapes {a.shape} and {b.shape}")
+    b = np.asarray(reference, np.float64)
     mean = b.mean()
     if not mean > 0 or not np.isfinite(mean):
         raise ValueError(f"the reference has the mean {mean}")
-    return ((a - b) ** 2 / (b**2 + 0.01 * mean**2)).mean(-1)
+    return smoothed(b**2) + 0.01 * mean**2
+
+
+def relative_products(pictures, references):
+    """(height, width) of (first picture - first reference) (second picture - second reference) over the scale of both references'
+    mean, averaged over the channels.
+
+    Raises:
+        ValueError: the shapes differ, or the references are black or not finite.
+    """
+    a, b = np.asarray(pictures, np.float64), np.asarray(references, np.float64)
+    if a.shape != b.shape or a.ndim != 4:
+        raise ValueError(f"pictures of shapes {a.shape[1:]} and {b.shape[1:]}")
+    return (np.prod(a - b, axis=0) / scale_of(b.mean(0))).mean(-1)
+
+
+def smoothed(picture):
+    """Mean over 3x3 pixels; beyond the border it goes on as it ends. (height, width) or (height, width, channels)."""
+    height, width = picture.shape[:2]
+    padded = np.pad(picture, [(1, 1), (1, 1)] + [(0, 0)] * (picture.ndim - 2), mode="edge")
+    return sum(padded[y : y + height, x : x + width] for y in range(3) for x in range(3)) / 9
 
 
 def relmse(picture, reference, mask=None, worst=0.0):
     """Mean squared relative error over the pixels of `mask` (height, width), without the share `worst` of the largest."""
-    errors = squared_relative_errors(picture, reference)
+    errors = relative_products((picture, picture), (reference, reference))
     errors = errors[mask] if mask is not None else errors.ravel()
     if not len(errors):
         raise ValueError("the mask leaves no pixel")
@@ -30,8 +52,8 @@ def relmse(picture, reference, mask=None, worst=0.0):
 
 
 def without_worst(errors, worst=WORST):
-    """Indices of the errors, (n,), that remain without the share `worst` of the largest; smallest first."""
-    return np.argsort(errors, kind="stable")[: len(errors) - int(worst * len(errors))]
+    """Indices of the errors, (n,), that remain without the share `worst` of the largest, whatever their sign; smallest first."""
+    return np.argsort(np.abs(errors), kind="stable")[: len(errors) - int(worst * len(errors))]
 
 
 def trimmed_relmse(picture, reference, mask=None):
