@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from metrics import relative_products, scale_of, smoothed, without_worst
+from metrics import relative_products, smoothed, uncertainty, without_worst
 
 WHERE = {"all": "whole picture", "in": "inside caustics", "out": "outside caustics"}
 REGIONS = tuple(WHERE)
@@ -28,28 +28,27 @@ class Reference:
         return {"all": np.ones_like(self.caustic), "in": self.caustic, "out": ~self.caustic}[name]
 
     def products(self, first, second):
-        """Products of two pictures' differences from the halves, (height, width), relative as in `relative_products`.
+        """Products of two pictures' differences from the halves, (height, width), over the squared brightness.
 
         Noise of one half is independent of the other's. In the mean, this is so the square of what both pictures share beyond the
-        truth, with no noise of the reference in it; a single one may be of either sign.
+        truth, with no noise of the reference in it; a single one may be of either sign. The brightness is the mean over 3x3 pixels: by a
+        pixel's own, errors would weigh most where noise has made it too small.
         """
-        return relative_products((first, second), self.halves)
+        return relative_products((first, second), self.halves, smoothed(self.picture))
 
     def noise(self):
-        """Variance of `picture` in each pixel, (height, width), relative as errors are."""
-        mean = self.picture
-        return relative_products((self.halves[0], self.halves[0]), (mean, mean))
+        """Variance of `picture` in each pixel, (height, width), relative as errors are: it lies as far above one half as below the other."""
+        return -self.products(self.picture, self.picture)
 
     def least_error(self, inside):
-        """Two standard errors of what `squared_errors` says of a perfect picture without its worst pixels, in the region `inside`.
+        """The `uncertainty` of what `squared_errors` says of a perfect picture without its worst pixels, in the region `inside`.
 
         That would be the mean of products of both halves' noises. The products of the halves' difference in one pixel and in the next
         spread alike: they are as independent, and the variance of the difference is twice that of a half.
         """
-        difference = self.halves[0] - self.halves[1]
-        products = (difference * np.roll(difference, 1, axis=1) / scale_of(self.picture)).mean(-1)[inside] / 2
-        kept = products[without_worst(products)]
-        return 2 * float(np.sqrt((kept**2).mean() / len(kept))) if len(kept) else float("nan")
+        beside = [np.roll(half, 1, axis=1) for half in self.halves]
+        products = relative_products((self.halves[0], beside[0]), (self.halves[1], beside[1]), smoothed(self.picture))[inside] / 2
+        return uncertainty(products[without_worst(products)])
 
 
 def caustic_mask(combined, caustics, share=0.2):
@@ -79,8 +78,8 @@ def squared_errors(picture, reference):
     values = {}
     for region in REGIONS:
         inside = errors[reference.region(region)]
-        values[f"relmse_{region}"] = _mean(inside)
-        values[f"relmse_trimmed_{region}"] = _mean(inside[without_worst(inside)])
+        values[f"relmse_{region}"] = mean(inside)
+        values[f"relmse_trimmed_{region}"] = mean(inside[without_worst(inside)])
     return values
 
 
@@ -90,8 +89,9 @@ def _flips(picture, reference):
 
     pictures = [np.ascontiguousarray(np.maximum(array, 0.0), np.float32) for array in (reference.picture, picture)]
     flip = flip_evaluator.evaluate(*pictures, "HDR", applyMagma=False, computeMeanError=False)[0][..., 0]
-    return {f"flip_{region}": _mean(flip[reference.region(region)]) for region in REGIONS}
+    return {f"flip_{region}": mean(flip[reference.region(region)]) for region in REGIONS}
 
 
-def _mean(values):
+def mean(values):
+    """NaN where there are none."""
     return float(values.mean()) if len(values) else float("nan")

@@ -5,34 +5,32 @@ import numpy as np
 WORST = 0.001  # share of the pixels that a trimmed mean leaves out: a few fireflies say nothing about all others
 
 
-def scale_of(reference):
-    """(height, width, channels) of b^2 averaged over 3x3 pixels, plus 0.01 mean(b)^2, mean(b) of the whole: squared errors are
-    divided by it.
-
-    b^2 of the pixel alone would weigh errors most where noise has made b too small; the square of the average would weigh them by up
-    to 81 where a single pixel is bright.
+def squared_relative_errors(picture, reference):
+    """(height, width) of (a - b)^2 / (b^2 + 0.01 mean(b)^2), averaged over the channels; the mean is the whole reference's.
 
     Raises:
-        ValueError: the reference is black or not finite.
+        ValueError: the shapes differ, or the reference is black or not finite.
     """
-    b = np.asarray(reference, np.float64)
-    mean = b.mean()
-    if not mean > 0 or not np.isfinite(mean):
-        raise ValueError(f"the reference has the mean {mean}")
-    return smoothed(b**2) + 0.01 * mean**2
+    return relative_products((picture, picture), (reference, reference), reference)
 
 
-def relative_products(pictures, references):
-    """(height, width) of (first picture - first reference) (second picture - second reference) over the scale of both references'
-    mean, averaged over the channels.
+def relative_products(pictures, references, brightness):
+    """(height, width) of (a - b) (a' - b') / (c^2 + 0.01 mean(c)^2), averaged over the channels.
+
+    Args:
+        pictures, references: a and a', b and b'.
+        brightness: c.
 
     Raises:
-        ValueError: the shapes differ, or the references are black or not finite.
+        ValueError: the shapes differ, or the brightness is black or not finite.
     """
-    a, b = np.asarray(pictures, np.float64), np.asarray(references, np.float64)
+    a, b, c = (np.asarray(p, np.float64) for p in (pictures, references, brightness))
     if a.shape != b.shape or a.ndim != 4:
         raise ValueError(f"pictures of shapes {a.shape[1:]} and {b.shape[1:]}")
-    return (np.prod(a - b, axis=0) / scale_of(b.mean(0))).mean(-1)
+    mean = c.mean()
+    if not mean > 0 or not np.isfinite(mean):
+        raise ValueError(f"the reference has the mean {mean}")
+    return (np.prod(a - b, axis=0) / (c**2 + 0.01 * mean**2)).mean(-1)
 
 
 def smoothed(picture):
@@ -44,7 +42,7 @@ def smoothed(picture):
 
 def relmse(picture, reference, mask=None, worst=0.0):
     """Mean squared relative error over the pixels of `mask` (height, width), without the share `worst` of the largest."""
-    errors = relative_products((picture, picture), (reference, reference))
+    errors = squared_relative_errors(picture, reference)
     errors = errors[mask] if mask is not None else errors.ravel()
     if not len(errors):
         raise ValueError("the mask leaves no pixel")
@@ -54,6 +52,11 @@ def relmse(picture, reference, mask=None, worst=0.0):
 def without_worst(errors, worst=WORST):
     """Indices of the errors, (n,), that remain without the share `worst` of the largest, whatever their sign; smallest first."""
     return np.argsort(np.abs(errors), kind="stable")[: len(errors) - int(worst * len(errors))]
+
+
+def uncertainty(products):
+    """Two standard errors of the mean of independent products, (n,), that are zero in the mean or little beside their spread."""
+    return 2 * float(np.sqrt((products**2).mean() / len(products))) if len(products) else float("nan")
 
 
 def trimmed_relmse(picture, reference, mask=None):

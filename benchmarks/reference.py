@@ -9,8 +9,8 @@ import json
 
 import numpy as np
 from environment import OUT, ROOT
-from measure import REGIONS, Reference, caustic_mask
-from metrics import without_worst
+from measure import REGIONS, Reference, caustic_mask, mean
+from metrics import uncertainty, without_worst
 from sppm import native, scene_desc
 from variants import REFERENCE
 
@@ -30,7 +30,8 @@ def reference(name, blend, desc, seconds, threads):
 
     Returns:
         (Reference, dict of `iterations` of both halves together, `caustic_share` of the pixels and, for each region without its worst
-        0.1 %, `noise_REGION`, `bias_REGION` and `least_REGION`, the least error that can be told from none).
+        0.1 %, `noise_REGION`, `bias_REGION` with its `bias_uncertainty_REGION`, and `least_REGION`, the least error that can be told
+        from none).
     """
     settings = {**REFERENCE, "seconds": seconds, "width": desc.camera.width, "height": desc.camera.height,
                 "radius_pixels": _RADIUS_PIXELS, "coarse": _COARSE, "coarse_time": _COARSE_TIME}
@@ -53,10 +54,10 @@ def judge(pictures):
     told = {"iterations": int(pictures["iterations"].sum())}
     for region in REGIONS:
         inside = result.region(region)
-        for kind, errors in (("noise", noise[inside]), ("bias", bias[inside])):
-            # A single glint would pass for the bias of the whole picture.
-            told[f"{kind}_{region}"] = float(errors[without_worst(errors)].mean()) if inside.any() else float("nan")
-        told[f"least_{region}"] = result.least_error(inside)
+        # A single glint would pass for the bias of the whole picture.
+        own, coarse = (errors[inside][without_worst(errors[inside])] for errors in (noise, bias))
+        told |= {f"noise_{region}": mean(own), f"bias_{region}": mean(coarse), f"bias_uncertainty_{region}": uncertainty(coarse),
+                 f"least_{region}": result.least_error(inside)}
     told["caustic_share"] = float(result.caustic.mean())
     return result, told
 

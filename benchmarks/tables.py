@@ -77,13 +77,17 @@ def _row(cells):
 
 def write_references(told):
     """references.md: how good the references are; `told` maps scenes to what `reference.reference` tells."""
-    kinds = ("noise", "bias", "least")
-    names = [f"{kind}, {where}" for where in WHERE.values() for kind in kinds]
-    text = ["Relative squared errors of the references themselves, without the worst 0.1 %. No error has the noise in its mean, all have the "
-            "bias; *least* is what an error must exceed to be told from none (two standard errors).",
-            *_table_head(("scene", "iterations", "caustic pixels", *names, "against Cycles"), texts=1)]
+    columns = [f"{kind}, {where}" for where in WHERE.values() for kind in ("noise", "bias", "least")]
+    text = ["Relative squared errors of the references themselves, without the worst 0.1 %. The noise is in no error's mean, the bias in",
+            "all (± two standard errors). *Least* is what an error must exceed to be told from none.",
+            *_table_head(("scene", "iterations", "caustic pixels", *columns, "against Cycles"), texts=1)]
     for scene, values in told.items():
-        errors = (f"{values[f'{kind}_{region}']:.1e}" for region in REGIONS for kind in kinds)
+        errors = (cell for region in REGIONS for cell in _own_errors(values, region))
         cycles = f"{values['cycles']:.1e}" if "cycles" in values else "-"
         text.append(_row((scene, values["iterations"], f"{values['caustic_share']:.1%}", *errors, cycles)))
     (OUT / "references.md").write_text("\n".join(text) + "\n")
+
+
+def _own_errors(values, region):
+    noise, bias, beside, least = (values[f"{kind}_{region}"] for kind in ("noise", "bias", "bias_uncertainty", "least"))
+    return f"{noise:.1e}", f"{bias:.1e} ± {beside:.0e}", f"{least:.1e}"
