@@ -37,7 +37,7 @@ class Reference:
         return relative_products((first, second), self.halves, smoothed(self.picture))
 
     def noise(self):
-        """Variance of `picture` in each pixel, (height, width), relative as errors are: it lies as far above one half as below the other."""
+        """Variance of `picture` in each pixel, (height, width), relative as errors are. It is between the halves: hence the sign."""
         return -self.products(self.picture, self.picture)
 
     def least_error(self, inside):
