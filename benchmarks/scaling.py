@@ -12,6 +12,7 @@ All is written to build/bench/scaling.md as well.
 import argparse
 import ctypes
 import os
+import resource
 import statistics
 import subprocess
 import time
@@ -41,7 +42,8 @@ _BUILDS = 3
 
 
 def second_iteration(desc, seeds, **settings):
-    """Of the second iteration, medians over so many seeds: CPU seconds, bytes told and at the peak, photons sent and stored."""
+    """Of the second iteration, medians over so many seeds: CPU seconds and the system's part of them, bytes told and at the peak,
+    photons sent and stored."""
     with native.Scene(desc) as scene:
         told = [_second(scene, native.Settings(seed=seed, threads=1, **settings)) for seed in range(seeds)]
     return {name: statistics.median(one[name] for one in told) for name in told[0]}
@@ -51,10 +53,11 @@ def _second(scene, settings):
     before = _reset_peak()
     with native.Session(scene, settings) as session:
         session.step()
-        first, begin = session.progress(), time.process_time()
+        first, begin = session.progress(), resource.getrusage(resource.RUSAGE_SELF)
         session.step()
-        seconds, then = time.process_time() - begin, session.progress()
-        return {"seconds": seconds, "bytes": then.memory_bytes, "peak": _memory("VmHWM") - before,
+        end, then = resource.getrusage(resource.RUSAGE_SELF), session.progress()
+        system = end.ru_stime - begin.ru_stime
+        return {"seconds": end.ru_utime - begin.ru_utime + system, "system": system, "bytes": then.memory_bytes, "peak": _memory("VmHWM") - before,
                 "sent": then.photons_emitted - first.photons_emitted, "stored": then.photons_stored - first.photons_stored}
 
 
@@ -123,10 +126,10 @@ def pixels(options):
         for size in options.sizes:
             told = second_iteration(scaling_scenes.at_size(desc, size), _seeds_for(size))
             count = size**2
-            rows.append((f"{size}x{size}", count, told["seconds"], f"{told['sent'] / count:.2f}", f"{told['bytes'] / count:.0f}",
-                         f"{told['peak'] / count:.0f}"))
+            rows.append((f"{size}x{size}", count, told["seconds"], f"{told['system'] / told['seconds']:.1%}",
+                         f"{told['sent'] / count:.2f}", f"{told['bytes'] / count:.0f}", f"{told['peak'] / count:.0f}"))
         yield from ("", f"### Pixels: `{name}`")
-        yield from linear_table(("picture", "photons a pixel", "bytes a pixel", "at the peak"), "pixel", rows)
+        yield from linear_table(("picture", "of it system", "photons a pixel", "bytes a pixel", "at the peak"), "pixel", rows)
 
 
 def _seeds_for(size):
