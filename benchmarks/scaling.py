@@ -207,28 +207,34 @@ def _compared(variants):
 
 def start_up(options):
     """Building large meshes and many instances, and exporting them."""
-    yield from ("", "### Start-up: one mesh, one thread")
-    shares = (1 / 16, 1 / 4, 1)
-    yield from linear_table(("triangles", "wall s", "bytes a triangle"), "triangle", [_built(share * _TRIANGLES, 1) for share in shares])
-    yield from ("", f"### Start-up: instances of {_TRIANGLES:,} triangles")
-    yield from table_head(("instances", "export wall s", "build wall s", "build CPU s", "bytes told"))
+    yield from ("", "### Start-up: one mesh")
+    rows = []
+    for share in (1 / 16, 1 / 4, 1):
+        told = _built(share * _TRIANGLES, 1)
+        count = told["triangles"]
+        rows.append((f"{count / 1e6:.3g} million", count, told["cpu"], f"{told['bytes'] / count:.0f}", f"{told['peak'] / count:.0f}"))
+    yield from linear_table(("mesh", "bytes a triangle", "at the peak"), "triangle", rows)
+    yield from ("", f"### Start-up: instances of a mesh of {_TRIANGLES:,} triangles")
+    yield from table_head(("instances", "export wall s", "build CPU s", "build wall s", "MB", "MB at the peak"))
     for count in (1, 2, 1000):
-        _, _, cpu, wall, _ = built = _built(_TRIANGLES, count)
-        export = _exported_seconds(count)
-        yield table_row((count, f"{export:.2f}", wall, f"{cpu:.2f}", f"{float(built[-1]) * built[1]:,.0f}"))
+        told = _built(_TRIANGLES, count)
+        yield table_row((count, f"{_exported_seconds(count):.2f}", f"{told['cpu']:.2f}", f"{told['wall']:.2f}",
+                         f"{told['bytes'] / 1e6:.1f}", f"{told['peak'] / 1e6:.1f}"))
 
 
 def _built(triangles, instances):
-    """(label, triangles, CPU seconds, wall seconds, bytes a triangle) of the build of a scene."""
+    """The build of a scene on one thread: seconds, bytes told and at the peak; medians of several builds."""
     desc = scaling_scenes.large(triangles, instances)
-    count, times = len(desc.meshes[0].indices), []
-    for _ in range(_BUILDS):
-        begin = _clocks()
-        with native.Scene(desc, threads=1) as scene:
-            times.append(_clocks() - begin)
-            told = scene.info()["memory_bytes"]
-    wall, cpu = np.median(times, axis=0)
-    return f"{count:,}", count, cpu, f"{wall:.2f}", f"{told / count:.1f}"
+    builds = [_build(desc) for _ in range(_BUILDS)]
+    return {name: statistics.median(one[name] for one in builds) for name in builds[0]}
+
+
+def _build(desc):
+    before, begin = _reset_peak(), _clocks()
+    with native.Scene(desc, threads=1) as scene:
+        wall, cpu = _clocks() - begin
+        return {"wall": wall, "cpu": cpu, "bytes": scene.info()["memory_bytes"], "peak": _memory("VmHWM") - before,
+                "triangles": len(desc.meshes[0].indices)}
 
 
 def _exported_seconds(count):
