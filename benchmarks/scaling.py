@@ -34,6 +34,7 @@ _FEW_PHOTONS = 1 / 64  # a pixel; what such an iteration costs is not the photon
 _STEPS = ("camera", "photons", "grid", "gather")
 _THREADS = (1, 2, 4, 8)
 _TURNS = 6
+_PHOTON_SEEDS = 3  # less where there are so many photons that it takes long
 _TRIANGLES = 2_000_000
 _BUILDS = 3
 
@@ -137,13 +138,16 @@ def _seeds_for(size):
 
 
 def photons(options):
-    """An iteration by the number of photons: what it takes beyond one with hardly any."""
+    """An iteration by the number of photons: what it takes beyond one with hardly any. AUTO would not use those few for all light."""
     yield from ("", f"### Photons: `{_SCENES[0]}`, {_SIZE}x{_SIZE}, beyond an iteration with {_FEW_PHOTONS:g} a pixel")
     desc, rows = exported(_SCENES[0]), []
-    seeds = _seeds_for(2 * _SIZE)
-    few = second_iteration(desc, seeds, photons_per_iteration=int(_FEW_PHOTONS * _SIZE**2))
+
+    def with_photons(share, seeds):
+        return second_iteration(desc, seeds, indirect="PHOTONS", photons_per_iteration=int(share * _SIZE**2))
+
+    few = with_photons(_FEW_PHOTONS, _PHOTON_SEEDS)
     for share in options.photons:
-        told = second_iteration(desc, seeds if share < 16 else 1, photons_per_iteration=int(share * _SIZE**2))
+        told = with_photons(share, _PHOTON_SEEDS if share < 16 else 1)
         sent = told["sent"] - few["sent"]
         rows.append((f"{share:g}", sent, told["seconds"] - few["seconds"], f"{told['stored'] / told['sent']:.2f}",
                      f"{(told['bytes'] - few['bytes']) / sent:.0f}", f"{(told['peak'] - few['peak']) / sent:.0f}"))
