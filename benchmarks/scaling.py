@@ -58,7 +58,8 @@ def _second(scene, settings):
         session.step()
         end, then = resource.getrusage(resource.RUSAGE_SELF), session.progress()
         system = end.ru_stime - begin.ru_stime
-        return {"seconds": end.ru_utime - begin.ru_utime + system, "system": system, "bytes": then.memory_bytes, "peak": _memory("VmHWM") - before,
+        return {"seconds": end.ru_utime - begin.ru_utime + system, "system": system,
+                "bytes": then.memory_bytes, "peak": _memory("VmHWM") - before,
                 "sent": then.photons_emitted - first.photons_emitted, "stored": then.photons_stored - first.photons_stored}
 
 
