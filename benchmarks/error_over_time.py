@@ -32,7 +32,7 @@ def _run_scene(name, options, results):
     truth, told = reference(name, blend, desc, options.reference_seconds, options.threads)
     place = {"blend": blend, "desc_path": desc_path, "resolution": options.resolution, "threads": options.threads}
     if options.cross_check and not truth.caustic.any():
-        told["cycles"] = _cross_check(name, truth, told, place, options.reference_seconds)
+        told["cycles"] = _cross_check(name, truth, place, options.reference_seconds)
     unable = set()
     for key in _plan(name, options):
         if results.has(**key) or key["variant"] in unable:
@@ -65,10 +65,10 @@ def _run_one(key, place, truth, results):
           f"wall {row['wall']:.1f} s, cpu {row['cpu']:.1f} s, relMSE {errors}, FLIP {row['flip_all']:.4f}", flush=True)
 
 
-def _cross_check(name, truth, told, place, seconds):
+def _cross_check(name, truth, place, seconds):
     """Squared relative difference to Cycles of the same Blender, without noise."""
     pictures = []
     for seed in (101, 102):
         output = OUT / "references" / f"{name}-cycles-{place['resolution']}-{seconds:g}-{seed}.npy"
         pictures.append(jobs.render(VARIANTS["cycles"], budget=seconds, seed=seed, output=output, **place)[0])
-    return compare(truth, told, *pictures)
+    return compare(truth, *pictures)

@@ -1,9 +1,9 @@
-"""What the speed benchmark says of a picture: errors of the whole, inside and outside caustics, less the reference's noise."""
+"""What the speed benchmark says of a picture: errors of the whole, inside and outside caustics."""
 
 from dataclasses import dataclass
 
 import numpy as np
-from metrics import squared_relative_errors, without_worst
+from metrics import relative_products, smoothed, uncertainty, without_worst
 
 WHERE = {"all": "whole picture", "in": "inside caustics", "out": "outside caustics"}
 REGIONS = tuple(WHERE)
@@ -27,9 +27,28 @@ class Reference:
     def region(self, name):
         return {"all": np.ones_like(self.caustic), "in": self.caustic, "out": ~self.caustic}[name]
 
+    def products(self, first, second):
+        """Products of two pictures' differences from the halves, (height, width), over the squared brightness.
+
+        Noise of one half is independent of the other's. In the mean, this is so the square of what both pictures share beyond the
+        truth, with no noise of the reference in it; a single one may be of either sign. The brightness is the mean over 3x3 pixels: by a
+        pixel's own, errors would weigh most where noise has made it too small.
+        """
+        return relative_products((first, second), self.halves, smoothed(self.picture))
+
     def noise(self):
-        """Variance of `picture` in each pixel, relative as errors are: half - mean is an error of the mean's own size."""
-        return squared_relative_errors(self.halves[0], self.picture)
+        """Variance of `picture` in each pixel, (height, width), relative as errors are. It is between the halves: hence the sign."""
+        return -self.products(self.picture, self.picture)
+
+    def least_error(self, inside):
+        """The `uncertainty` of what `squared_errors` says of a perfect picture without its worst pixels, in the region `inside`.
+
+        That would be the mean of products of both halves' noises. The products of the halves' difference in one pixel and in the next
+        spread alike: they are as independent, and the variance of the difference is twice that of a half.
+        """
+        beside = [np.roll(half, 1, axis=1) for half in self.halves]
+        products = relative_products((self.halves[0], beside[0]), (self.halves[1], beside[1]), smoothed(self.picture))[inside] / 2
+        return uncertainty(products[without_worst(products)])
 
 
 def caustic_mask(combined, caustics, share=0.2):
@@ -38,14 +57,8 @@ def caustic_mask(combined, caustics, share=0.2):
     Args:
         combined, caustics: (height, width, 3); both are averaged over 3x3 pixels first, so that noise does not speckle the mask.
     """
-    light, caustic = _blurred(combined @ _LUMINANCE), _blurred(caustics @ _LUMINANCE)
+    light, caustic = smoothed(combined @ _LUMINANCE), smoothed(caustics @ _LUMINANCE)
     return (caustic > 0) & (caustic >= share * light)
-
-
-def _blurred(values):
-    height, width = values.shape
-    padded = np.pad(values, 1, mode="edge")
-    return sum(padded[y : y + height, x : x + width] for y in range(3) for x in range(3)) / 9
 
 
 def measure(picture, reference):
@@ -56,16 +69,17 @@ def measure(picture, reference):
 def squared_errors(picture, reference):
     """relMSE with and without the worst 0.1 % of each region's pixels.
 
-    The noise of the reference is subtracted: the expectation is the error against the true picture. What is left of a picture
-    that is better than the reference may be negative.
+    The expectation is the error against the true picture. What is less than `Reference.least_error` may be noise, and negative.
+
+    The worst are the largest products of either sign: of the squares of the differences from the mean of the halves those would be
+    left out in which the reference is far off, and the mean of the others would be too small.
     """
-    errors, noise = squared_relative_errors(picture, reference.picture), reference.noise()
+    errors = reference.products(picture, picture)
     values = {}
     for region in REGIONS:
-        inside = reference.region(region)
-        own, excess = errors[inside], (errors - noise)[inside]
-        values[f"relmse_{region}"] = _mean(excess)
-        values[f"relmse_trimmed_{region}"] = _mean(excess[without_worst(own)])
+        inside = errors[reference.region(region)]
+        values[f"relmse_{region}"] = mean(inside)
+        values[f"relmse_trimmed_{region}"] = mean(inside[without_worst(inside)])
     return values
 
 
@@ -75,8 +89,9 @@ def _flips(picture, reference):
 
     pictures = [np.ascontiguousarray(np.maximum(array, 0.0), np.float32) for array in (reference.picture, picture)]
     flip = flip_evaluator.evaluate(*pictures, "HDR", applyMagma=False, computeMeanError=False)[0][..., 0]
-    return {f"flip_{region}": _mean(flip[reference.region(region)]) for region in REGIONS}
+    return {f"flip_{region}": mean(flip[reference.region(region)]) for region in REGIONS}
 
 
-def _mean(values):
+def mean(values):
+    """NaN where there are none."""
     return float(values.mean()) if len(values) else float("nan")

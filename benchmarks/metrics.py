@@ -11,13 +11,33 @@ def squared_relative_errors(picture, reference):
     Raises:
         ValueError: the shapes differ, or the reference is black or not finite.
     """
-    a, b = (np.asarray(p, np.float64) for p in (picture, reference))
-    if a.shape != b.shape or a.ndim != 3:
-        raise ValueError(f"pictures of shapes {a.shape} and {b.shape}")
-    mean = b.mean()
+    return relative_products((picture, picture), (reference, reference), reference)
+
+
+def relative_products(pictures, references, brightness):
+    """(height, width) of (a - b) (a' - b') / (c^2 + 0.01 mean(c)^2), averaged over the channels.
+
+    Args:
+        pictures, references: a and a', b and b'.
+        brightness: c.
+
+    Raises:
+        ValueError: the shapes differ, or the brightness is black or not finite.
+    """
+    a, b, c = (np.asarray(p, np.float64) for p in (pictures, references, brightness))
+    if a.shape != b.shape or a.ndim != 4:
+        raise ValueError(f"pictures of shapes {a.shape[1:]} and {b.shape[1:]}")
+    mean = c.mean()
     if not mean > 0 or not np.isfinite(mean):
         raise ValueError(f"the reference has the mean {mean}")
-    return ((a - b) ** 2 / (b**2 + 0.01 * mean**2)).mean(-1)
+    return (np.prod(a - b, axis=0) / (c**2 + 0.01 * mean**2)).mean(-1)
+
+
+def smoothed(picture):
+    """Mean over 3x3 pixels; beyond the border it goes on as it ends. (height, width) or (height, width, channels)."""
+    height, width = picture.shape[:2]
+    padded = np.pad(picture, [(1, 1), (1, 1)] + [(0, 0)] * (picture.ndim - 2), mode="edge")
+    return sum(padded[y : y + height, x : x + width] for y in range(3) for x in range(3)) / 9
 
 
 def relmse(picture, reference, mask=None, worst=0.0):
@@ -30,8 +50,13 @@ def relmse(picture, reference, mask=None, worst=0.0):
 
 
 def without_worst(errors, worst=WORST):
-    """Indices of the errors, (n,), that remain without the share `worst` of the largest; smallest first."""
-    return np.argsort(errors, kind="stable")[: len(errors) - int(worst * len(errors))]
+    """Indices of the errors, (n,), that remain without the share `worst` of the largest, whatever their sign; smallest first."""
+    return np.argsort(np.abs(errors), kind="stable")[: len(errors) - int(worst * len(errors))]
+
+
+def uncertainty(products):
+    """Two standard errors of the mean of independent products, (n,), that are zero in the mean or little beside their spread."""
+    return 2 * float(np.sqrt((products**2).mean() / len(products))) if len(products) else float("nan")
 
 
 def trimmed_relmse(picture, reference, mask=None):

@@ -17,9 +17,9 @@ def draw_plots(rows, told):
         figure, panels = plt.subplots(1, len(REGIONS), figsize=(14, 4.6), sharey=True, layout="constrained")
         for panel, region in zip(panels, REGIONS):
             _draw(panel, rows, scene, region)
-            noise = told.get(scene, {}).get(f"noise_{region}", 0.0)
-            if noise > 0:
-                panel.axhline(noise, color="0.6", linestyle=":", label="noise of the reference (subtracted)")
+            least = told.get(scene, {}).get(f"least_{region}", 0.0)
+            if least > 0:
+                panel.axhline(least, color="0.6", linestyle=":", label="the least that the reference can tell")
             panel.set(title=f"{scene}, {WHERE[region]}", xlabel="wall time, s", xscale="log", yscale="log")
             _tick_plainly(panel)
             panel.grid(True, which="both", color="0.9")

@@ -1,7 +1,7 @@
 """Converged pictures, what their own error is, and a file that keeps them.
 
-A reference is ours with small radii and many iterations: nothing else here finds every scene's caustics. It is rendered twice
-with different seeds; the difference tells its noise, which `measure` subtracts. A coarser pair tells the bias of its radius.
+A reference is ours with a small radius that does not shrink: nothing else here finds every scene's caustics. It is rendered twice
+with different seeds; what `measure` says has no noise of either half in its mean. A coarser pair tells the bias of the radius.
 """
 
 import hashlib
@@ -9,14 +9,14 @@ import json
 
 import numpy as np
 from environment import OUT, ROOT
-from measure import REGIONS, Reference, caustic_mask
-from metrics import without_worst
+from measure import REGIONS, Reference, caustic_mask, mean
+from metrics import uncertainty, without_worst
 from sppm import native, scene_desc
 from variants import REFERENCE
 
 _SEEDS = (1_000_001, 1_000_002)
-_RADIUS_PIXELS = 0.5  # the first radius, in footprints of a pixel at the median depth
-_COARSE = 2.0  # the first radius of the coarse pair, over that
+_RADIUS_PIXELS = 1 / 3  # the radius, in footprints of a pixel at the median depth
+_COARSE = 2.0  # the radius of the coarse pair, over that
 _COARSE_TIME = 0.25  # its time over that of a half
 
 
@@ -29,11 +29,12 @@ def reference(name, blend, desc, seconds, threads):
         seconds: of wall time for each half.
 
     Returns:
-        (Reference, dict of `iterations` of both halves together and, for each region without its worst 0.1 %, of `noise_REGION` and
-        `bias_REGION`).
+        (Reference, dict of `iterations` of both halves together, `caustic_share` of the pixels and, for each region without its worst
+        0.1 %, `noise_REGION`, `bias_REGION` with its `bias_uncertainty_REGION`, and `least_REGION`, the least error that can be told
+        from none).
     """
     settings = {**REFERENCE, "seconds": seconds, "width": desc.camera.width, "height": desc.camera.height,
-                "radius_pixels": _RADIUS_PIXELS}
+                "radius_pixels": _RADIUS_PIXELS, "coarse": _COARSE, "coarse_time": _COARSE_TIME}
     key = hashlib.sha256(blend.read_bytes() + json.dumps(settings, sort_keys=True).encode()).hexdigest()[:16]
     path = OUT / "references" / f"{name}-{key}.npz"
     if not path.exists():
@@ -42,37 +43,31 @@ def reference(name, blend, desc, seconds, threads):
         pictures = _render_all(desc, seconds, threads)
         (path.parent / f"{path.stem}.json").write_text(json.dumps({"file": str(blend.relative_to(ROOT)), **settings}, indent=1))
         np.savez(path, **pictures)
-    return _judged(dict(np.load(path)))
+    return judge(dict(np.load(path)))
 
 
-def _judged(pictures):
+def judge(pictures):
+    """What `reference` returns, of its pictures: arrays of (2, ...) by name, of `combined`, `caustics`, `coarse` and `iterations`."""
     halves = pictures["combined"]
     result = Reference(tuple(halves), caustic_mask(halves.mean(0), pictures["caustics"].mean(0)))
-    noise, bias = result.noise(), _squared_bias(result, pictures)
+    noise, bias = result.noise(), _squared_bias(result, pictures["coarse"])
     told = {"iterations": int(pictures["iterations"].sum())}
     for region in REGIONS:
         inside = result.region(region)
-        for kind, errors in (("noise", noise[inside]), ("bias", bias[inside])):
-            # A single glint would pass for the bias of the whole picture.
-            told[f"{kind}_{region}"] = float(errors[without_worst(np.abs(errors))].mean()) if inside.any() else float("nan")
+        # A single glint would pass for the bias of the whole picture.
+        own, coarse = (errors[inside][without_worst(errors[inside])] for errors in (noise, bias))
+        told |= {f"noise_{region}": mean(own), f"bias_{region}": mean(coarse), f"bias_uncertainty_{region}": uncertainty(coarse),
+                 f"least_{region}": result.least_error(inside)}
     told["caustic_share"] = float(result.caustic.mean())
     return result, told
 
 
-def _squared_bias(result, pictures):
+def _squared_bias(result, coarse):
     """Estimate of the squared relative bias of each pixel, (height, width), noisy and of either sign.
 
-    Bias grows with the square of the radius. The coarse pair's is therefore k^2 times ours, k the ratio of radii, and the product
-    of two independent differences between coarse and fine has no noise of its own in the mean.
+    Bias grows with the square of the radius, so the coarse pictures differ from ours by _COARSE^2 - 1 times our bias in the mean.
     """
-    fine, coarse = pictures["radius"].mean(0), pictures["coarse_radius"].mean(0)
-    found = (fine > 0) & (coarse > 0)
-    if not found.any():
-        return np.zeros_like(fine)  # nothing here was found by photons
-    ratio = np.median(coarse[found] / fine[found])
-    scale = result.picture**2 + 0.01 * result.picture.mean() ** 2
-    first, second = pictures["coarse"] - pictures["combined"]
-    return (first * second / scale).mean(-1) / (ratio**2 - 1) ** 2
+    return result.products(*coarse) / (_COARSE**2 - 1) ** 2
 
 
 def _render_all(desc, seconds, threads):
@@ -82,14 +77,12 @@ def _render_all(desc, seconds, threads):
     coarse = [_render(desc, _COARSE * radius, _COARSE_TIME * seconds, threads, seed + 2) for seed in _SEEDS]
     return {"combined": np.stack([half["Combined"][..., :3] for half in fine]),
             "caustics": np.stack([half["Caustics"] for half in fine]),
-            "radius": np.stack([half["Radius"][..., 0] for half in fine]),
             "coarse": np.stack([half["Combined"][..., :3] for half in coarse]),
-            "coarse_radius": np.stack([half["Radius"][..., 0] for half in coarse]),
             "iterations": np.array([half["iterations"] for half in fine])}
 
 
 def _render(desc, radius, seconds, threads, seed):
-    passes = frozenset(("Combined", "Caustics", "Radius"))
+    passes = frozenset(("Combined", "Caustics"))
     settings = native.Settings(**REFERENCE, iterations=2**62, time_limit=seconds, initial_radius=radius, seed=seed,
                                threads=threads, passes=passes)
     with native.Scene(desc, threads) as scene, native.Session(scene, settings) as session:
@@ -111,12 +104,10 @@ def _footprint(desc):
     return width * float(np.median(depth[depth < 1e9]))
 
 
-def compare(result, told, first, second):
+def compare(result, first, second):
     """Squared relative difference in the mean between the reference and another renderer, without either's noise.
 
     Args:
         first, second: two independent pictures by that renderer, (height, width, 3).
     """
-    scale = result.picture**2 + 0.01 * result.picture.mean() ** 2
-    product = ((first - result.picture) * (second - result.picture) / scale).mean()
-    return float(product - told["noise_all"])
+    return float(result.products(first, second).mean())

@@ -4,6 +4,7 @@ import csv
 
 import jobs
 from environment import OUT, scene_file
+from markdown_table import table_head, table_row
 from replay import build_recorder, replay
 from variants import VARIANTS
 
@@ -43,10 +44,10 @@ def _write(rows):
         writer = csv.DictWriter(file, _COLUMNS)
         writer.writeheader()
         writer.writerows(rows)
-    lines = ["Seconds for a picture", "", *_table(rows, ("scene", "export", "build", "hand_over")), "",
-             f"Milliseconds an iteration, {rows[0]['threads']} threads, {rows[0]['resolution']}x{rows[0]['resolution']}", "",
+    lines = ["Seconds for a picture", *_table(rows, ("scene", "export", "build", "hand_over")), "",
+             f"Milliseconds an iteration, {rows[0]['threads']} threads, {rows[0]['resolution']}x{rows[0]['resolution']}",
              *_table([_in_milliseconds(row) for row in rows], ("scene", *_STEPS, "mrays_per_second")), "",
-             "One thread, CPU milliseconds an iteration, and Embree alone for the same rays", "",
+             "One thread, CPU milliseconds an iteration, and Embree alone for the same rays",
              *_table([_in_milliseconds(row) for row in rows],
                      ("scene", "rays_per_iteration", "iteration_one_thread", "embree_one_thread", "ratio"))]
     (OUT / "split.md").write_text("\n".join(lines) + "\n")
@@ -58,10 +59,9 @@ def _in_milliseconds(row):
 
 
 def _table(rows, columns):
-    yield "| " + " | ".join(column.replace("_", " ") for column in columns) + " |"
-    yield "| --- |" + " --: |" * (len(columns) - 1)
-    for row in rows:
-        yield "| " + " | ".join(_shown(row[column]) for column in columns) + " |"
+    yield from table_head([column.replace("_", " ") for column in columns])
+    for told in rows:
+        yield table_row(_shown(told[column]) for column in columns)
 
 
 def _shown(value):

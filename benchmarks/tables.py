@@ -1,6 +1,7 @@
 """Tables in markdown of what the speed benchmark found."""
 
 from environment import OUT
+from markdown_table import table_head, table_row
 from measure import REGIONS, WHERE
 from results import curve, error_at, scenes_of, time_to, variants_of
 from variants import BASE, VARIANTS
@@ -19,7 +20,7 @@ def write_tables(rows):
 def _ratio_table(rows, ratio):
     """A row for each scene, region and variant, a column for each budget: `ratio(own, points, budget)` of both curves."""
     budgets = sorted({row["budget"] for row in rows})
-    yield from _table_head(("scene", "where", "variant", *(f"{budget:g} s" for budget in budgets)), texts=3)
+    yield from table_head(("scene", "where", "variant", *(f"{budget:g} s" for budget in budgets)), texts=3)
     for scene in scenes_of(rows):
         for region in REGIONS:
             column = f"relmse_trimmed_{region}"
@@ -28,7 +29,7 @@ def _ratio_table(rows, ratio):
                 points = curve(rows, scene, variant, column)
                 if own and points and variant != BASE:
                     ratios = (ratio(own, points, budget) for budget in budgets)
-                    yield _row((scene, WHERE[region], VARIANTS[variant].label, *ratios))
+                    yield table_row((scene, WHERE[region], VARIANTS[variant].label, *ratios))
 
 
 def _time_ratio(own, points, budget):
@@ -53,35 +54,32 @@ def _at(points, budget):
 
 def _error_table(rows):
     yield "relMSE without the worst 0.1 %: median (least to largest) of the repeats; HDR FLIP: median."
-    yield from _table_head(("scene", "variant", "wall s", *WHERE.values(), "FLIP"), texts=2)
+    yield from table_head(("scene", "variant", "wall s", *WHERE.values(), "FLIP"), texts=2)
     for scene in scenes_of(rows):
         for variant in variants_of(rows):
             curves = [curve(rows, scene, variant, f"relmse_trimmed_{region}") for region in REGIONS]
             for flip in curve(rows, scene, variant, "flip_all"):
                 errors = (_spread(_at(points, flip.budget)) for points in curves)
-                yield _row((scene, VARIANTS[variant].label, f"{flip.seconds:.1f}", *errors, f"{flip.error:.4f}"))
+                yield table_row((scene, VARIANTS[variant].label, f"{flip.seconds:.1f}", *errors, f"{flip.error:.4f}"))
 
 
 def _spread(point):
     return f"{point.error:.2e} ({point.low:.1e} to {point.high:.1e})" if point else "-"
 
 
-def _table_head(names, texts):
-    """A table's first lines; the first `texts` columns are text, the others numbers."""
-    return "", _row(names), _row("---" if i < texts else "--:" for i in range(len(names)))
-
-
-def _row(cells):
-    return "| " + " | ".join(map(str, cells)) + " |"
-
-
 def write_references(told):
     """references.md: how good the references are; `told` maps scenes to what `reference.reference` tells."""
-    kinds = [f"{kind}, {where}" for where in WHERE.values() for kind in ("noise", "bias")]
-    text = ["Relative squared errors of the references themselves; the noise is subtracted from every error, the bias is not.",
-            *_table_head(("scene", "iterations", "caustic pixels", *kinds, "against Cycles"), texts=1)]
+    columns = [f"{kind}, {where}" for where in WHERE.values() for kind in ("noise", "bias", "least")]
+    text = ["Relative squared errors of the references themselves, without the worst 0.1 %. The noise is in no error's mean, the bias in",
+            "all (± two standard errors). *Least* is what an error must exceed to be told from none.",
+            *table_head(("scene", "iterations", "caustic pixels", *columns, "against Cycles"), texts=1)]
     for scene, values in told.items():
-        errors = (f"{values[f'{kind}_{region}']:.1e}" for region in REGIONS for kind in ("noise", "bias"))
+        errors = (cell for region in REGIONS for cell in _own_errors(values, region))
         cycles = f"{values['cycles']:.1e}" if "cycles" in values else "-"
-        text.append(_row((scene, values["iterations"], f"{values['caustic_share']:.1%}", *errors, cycles)))
+        text.append(table_row((scene, values["iterations"], f"{values['caustic_share']:.1%}", *errors, cycles)))
     (OUT / "references.md").write_text("\n".join(text) + "\n")
+
+
+def _own_errors(values, region):
+    noise, bias, beside, least = (values[f"{kind}_{region}"] for kind in ("noise", "bias", "bias_uncertainty", "least"))
+    return f"{noise:.1e}", f"{bias:.1e} ± {beside:.0e}", f"{least:.1e}"

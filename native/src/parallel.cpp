@@ -39,11 +39,14 @@ class FlushDenormals {
 
 #ifndef __SANITIZE_THREAD__
 
+constexpr size_t kMostThreads = 4096;  // that the settings allow
+
 struct Threads::Arena {
   explicit Arena(uint32_t count) : arena(count == 0 ? tbb::task_arena::automatic : static_cast<int>(count)) {
-    // Without leave to have more workers than cores TBB prints a warning and takes fewer.
+    // Without leave to have more workers than cores TBB prints a warning and takes fewer. The least leave that anyone holds counts, so all
+    // ask for the same.
     if (static_cast<int>(count) > tbb::info::default_concurrency())
-      allowance.emplace(tbb::global_control::max_allowed_parallelism, count);
+      allowance.emplace(tbb::global_control::max_allowed_parallelism, kMostThreads);
   }
 
   std::optional<tbb::global_control> allowance;

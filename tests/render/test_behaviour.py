@@ -1,5 +1,6 @@
 """What a render does beside being right on average: identity, cancelling, files, passes, odd cameras."""
 
+import os
 import struct
 import threading
 import time
@@ -43,6 +44,16 @@ def test_same_bits_for_any_number_of_threads_and_again():
     first = render_all(room(), threads=1, photons_per_iteration=20000)
     for threads in (1, 2, 4):
         assert_identical(first, render_all(room(), threads=threads, photons_per_iteration=20000))
+
+
+def test_sessions_of_more_threads_than_cores_are_given_them_side_by_side(capfd):
+    """TBB would tell on stderr that it gives fewer."""
+    few, many = os.cpu_count() + 1, os.cpu_count() + 9
+    with native.Scene(room().desc) as scene, native.Session(scene, native.Settings(threads=few)) as first:
+        first.step()
+        with native.Session(scene, native.Settings(threads=many)) as second:
+            second.step()
+    assert capfd.readouterr().err == ""
 
 
 def test_region_shows_the_pixels_of_the_whole():

@@ -1,10 +1,14 @@
 """What the speed benchmark says of pictures and of curves, where the answer is known."""
 
+import consistency
 import measure
 import numpy as np
 import pytest
 from measure import Reference, caustic_mask, squared_errors
+from reference import compare, judge
 from results import Point, curve, error_at, time_to
+from scenes import furnished_room
+from variants import REFERENCE
 
 SIZE = 200
 
@@ -30,10 +34,31 @@ def test_noise_of_the_reference_is_its_variance(truth):
     assert noise == pytest.approx(0.0002 / (0.25 * 1.01), rel=0.02)
 
 
-def test_noise_of_the_reference_is_subtracted(truth):
-    """The picture's own noise is a tenth of the reference's, and still found."""
-    error = squared_errors(noisy(truth, 0.005, 3), reference_of(truth, 0.02))["relmse_all"]
-    assert error == pytest.approx(0.005**2 / (0.25 * 1.01), rel=0.15)
+def test_noise_of_the_reference_is_in_no_error(truth):
+    """The picture's own variance is an eighth of that of the reference, and still found."""
+    error = squared_errors(noisy(truth, 0.005, 3), reference_of(truth, 0.02))
+    assert error["relmse_all"] == pytest.approx(0.005**2 / (0.25 * 1.01), rel=0.15)
+    assert error["relmse_trimmed_all"] == pytest.approx(0.005**2 / (0.25 * 1.01), rel=0.15)
+
+
+def test_large_noise_of_the_reference_is_not_in_the_denominator(truth):
+    """Halves that are off by half of what they show: divided by a pixel's own b^2 the error would be several times as large."""
+    reference = reference_of(truth, 0.25)
+    error = np.mean([squared_errors(share * truth, reference)["relmse_all"] for share in (0.7, 1.3)])
+    assert error == pytest.approx(0.3**2 / 1.01, rel=0.15)
+
+
+def test_a_perfect_picture_has_no_error_beside_glints_of_the_reference(truth):
+    """A two-hundredth of the pixels has ten times the noise. What `least_error` says is how far the error is off zero, by two."""
+    off, least = [], []
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        strength = 0.02 * np.where(rng.random((2, SIZE, SIZE, 1)) < 0.005, 10, 1)
+        reference = Reference(tuple(truth + strength * rng.normal(0, 1, (2, *truth.shape))), np.zeros((SIZE, SIZE), bool))
+        off.append(squared_errors(truth, reference)["relmse_trimmed_all"])
+        least.append(reference.least_error(reference.region("all")))
+    assert np.sqrt(np.mean(np.square(off))) == pytest.approx(np.mean(least) / 2, rel=0.3)
+    assert abs(np.mean(off)) < 3 * np.std(off) / np.sqrt(len(off))
 
 
 def test_regions_have_their_own_errors(truth):
@@ -58,6 +83,7 @@ def test_a_firefly_is_trimmed(truth):
 def test_a_region_without_pixels_says_nothing(truth):
     errors = squared_errors(truth, reference_of(truth, 0.0))
     assert np.isnan(errors["relmse_in"]) and np.isnan(errors["relmse_trimmed_in"])
+    assert np.isnan(reference_of(truth, 0.0).least_error(np.zeros((SIZE, SIZE), bool)))
     assert all(f"{metric}_{region}" in measure.COLUMNS for metric in ("relmse", "flip") for region in measure.REGIONS)
 
 
@@ -72,6 +98,39 @@ def test_caustics_are_where_they_give_a_fifth_of_the_light(truth):
 
 def test_nothing_is_caustic_in_the_dark(truth):
     assert not caustic_mask(0 * truth, 0 * truth).any()
+
+
+# ---------------------------------------------------------------- references
+
+
+def pictures(truth, bias, noise):
+    """Halves that are too bright by `bias`, and a coarse pair whose radius is twice as large."""
+    fine, coarse = ([noisy(truth + off, noise, seed) for seed in seeds] for off, seeds in ((bias, (1, 2)), (4 * bias, (3, 4))))
+    return {"combined": np.stack(fine), "coarse": np.stack(coarse), "caustics": 0 * np.stack(fine), "iterations": np.array((5, 6))}
+
+
+def test_bias_is_told_though_noise_is_larger(truth):
+    told = judge(pictures(truth, 0.01, 0.03))[1]
+    assert told["bias_all"] == pytest.approx(0.01**2 / (0.51**2 * 1.01), rel=0.1)
+    assert told["bias_uncertainty_all"] < 0.1 * told["bias_all"] < 0.1 * told["noise_all"]
+    assert told["iterations"] == 11 and told["caustic_share"] == 0 and np.isnan(told["noise_in"])
+
+
+def test_a_glint_is_not_told_as_bias(truth):
+    glinting = pictures(truth, 0.0, 0.0)
+    glinting["coarse"][:, 20, 30] = 50.0
+    assert judge(glinting)[1]["bias_all"] == 0
+
+
+def test_radius_of_a_reference_does_not_shrink():
+    radius = consistency.render(furnished_room().desc, 20, 1, "Radius", initial_radius=0.01, photons_per_iteration=1, **REFERENCE)[0]
+    assert radius[radius > 0] == pytest.approx(0.01, rel=1e-6)
+
+
+def test_two_renderers_are_compared_without_noise(truth):
+    """Each picture has a noise of nine times what the renderers do not agree on."""
+    found = compare(reference_of(truth, 0.03), noisy(1.02 * truth, 0.03, 3), noisy(1.02 * truth, 0.03, 4))
+    assert found == pytest.approx(0.02**2 / 1.01, rel=0.2)
 
 
 # ---------------------------------------------------------------- curves

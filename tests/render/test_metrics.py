@@ -23,6 +23,23 @@ def test_black_pixels_count_by_the_mean():
     assert metrics.relmse(reference + 0.025, reference, reference[..., 0] == 0) == pytest.approx(0.025**2 / (0.01 * 0.25**2))
 
 
+def test_products_of_differences_have_a_sign():
+    found = metrics.relative_products((GREY + 0.1, GREY - 0.2), (GREY, GREY), 2 * GREY)
+    assert found == pytest.approx(-0.02 / 1.01)
+
+
+def test_smoothed_is_the_mean_of_nine():
+    one = np.zeros((5, 6, 2))
+    one[2, 3] = 9.0
+    assert metrics.smoothed(one)[1:4, 2:5] == pytest.approx(1)
+    assert metrics.smoothed(one).sum() == pytest.approx(one.sum())
+    assert metrics.smoothed(GREY[..., 0]) == pytest.approx(GREY[..., 0])
+
+
+def test_the_worst_are_left_out_whatever_their_sign():
+    assert set(metrics.without_worst(np.array([1, -9, 2, 8, -3]), 0.4)) == {0, 2, 4}
+
+
 def test_the_worst_thousandth_is_left_out():
     """2000 pixels: two fireflies are, a third is not."""
     picture = GREY.copy()
