@@ -34,10 +34,10 @@ class Film {
 
   // Gives a pixel that has its first visible point its first radius: `initial_radius`, or by the pixel's footprint if 0.
   void start_radii(const Camera& camera, const CameraSamples& samples, double initial_radius, const Threads& threads);
-  // Lets visible points stand for their pixels where the pixels before them saw one surface. Asks no photons beyond `p` without it.
+  // Tells visible points what their pixels saw in earlier iterations, so that they may stand for it, and adds them to that.
   void use_spreads(CameraSamples& samples, uint64_t width, const Threads& threads);
   // Tells the maps where they will be asked.
-  void announce(const CameraSamples& samples, PhotonMaps& maps, const Threads& threads) const;
+  void announce(const CameraSamples& samples, PhotonMaps& maps, const PhotonRules& rules, const Threads& threads) const;
   // Ends an iteration: each pixel, alone, sums the photons around its visible point and chooses its next radii. Returns how many
   // contributions were left out because they were not finite.
   uint64_t update(const CameraSamples& samples, const PhotonMaps& maps, const PhotonRules& rules, uint64_t width, const Threads& threads);
@@ -53,7 +53,7 @@ class Film {
  private:
   void find_near_edges(uint64_t width, const Threads& threads);
   Creases creases(const CameraSamples& samples, uint64_t x, uint64_t y, uint64_t width) const;
-  void limit_radii(uint64_t width, const Threads& threads);
+  void limit_radii(const PhotonRules& rules, uint64_t width, const Threads& threads);
   void add_data(const CameraSamples& samples, const Threads& threads);
   void read_data(SppmPass pass, float* out) const;
 

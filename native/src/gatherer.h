@@ -32,9 +32,7 @@ class Gatherer {
   void add_one(const PhotonGroup& group, uint32_t lane) {
     const PackedDirection ng = group.ng[lane];
     if (ng != vp_.ng && dot(unpack_direction(ng), at_.ng) < kSameSurface) return;
-    const float weight = kernel_.weight(group.position(lane) - kernel_.center());
-    if (weight == 0) return;
-    Vec3 value = group.power(lane) * weight;
+    Vec3 value = group.power(lane) * kernel_.weight(group.position(lane));
     if (!flat_ || lobe_) {
       const Vec3 n = unpack_direction(ng), wi = unpack_direction(group.wi[lane]);
       const float shading = dot(wi, at_.frame.n), geometric = dot(wi, n);

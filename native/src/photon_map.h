@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "ellipsoid.h"
 #include "grid.h"
 #include "large_vector.h"
 #include "parallel.h"
@@ -31,13 +32,15 @@ struct alignas(32) PhotonGroup {
   Vec3 position(uint32_t lane) const { return {x[lane], y[lane], z[lane]}; }
   Vec3 power(uint32_t lane) const { return {red[lane], green[lane], blue[lane]}; }
 
-  // Those closer than the root of r2 to p.
-  uint32_t near(Vec3 p, float r2) const {
-    const __m256 dx = _mm256_sub_ps(_mm256_load_ps(x), _mm256_set1_ps(p.x));
-    const __m256 dy = _mm256_sub_ps(_mm256_load_ps(y), _mm256_set1_ps(p.y));
-    const __m256 dz = _mm256_sub_ps(_mm256_load_ps(z), _mm256_set1_ps(p.z));
+  uint32_t inside(const Ellipsoid& e) const {
+    const __m256 dx = _mm256_sub_ps(_mm256_load_ps(x), _mm256_set1_ps(e.center.x));
+    const __m256 dy = _mm256_sub_ps(_mm256_load_ps(y), _mm256_set1_ps(e.center.y));
+    const __m256 dz = _mm256_sub_ps(_mm256_load_ps(z), _mm256_set1_ps(e.center.z));
     const __m256 d2 = _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(dx, dx), _mm256_mul_ps(dy, dy)), _mm256_mul_ps(dz, dz));
-    return lanes(_mm256_cmp_ps(d2, _mm256_set1_ps(r2), _CMP_LT_OQ));
+    const __m256 axis_x = _mm256_set1_ps(e.axis.x), axis_y = _mm256_set1_ps(e.axis.y), axis_z = _mm256_set1_ps(e.axis.z);
+    const __m256 da = _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(dx, axis_x), _mm256_mul_ps(dy, axis_y)), _mm256_mul_ps(dz, axis_z));
+    const __m256 stretched = _mm256_mul_ps(_mm256_mul_ps(da, da), _mm256_set1_ps(e.stretch));
+    return lanes(_mm256_cmp_ps(_mm256_add_ps(d2, stretched), _mm256_set1_ps(square(e.across)), _CMP_LT_OQ));
   }
   static uint32_t lanes(__m256 mask) { return static_cast<uint32_t>(_mm256_movemask_ps(mask)); }
   static uint32_t equal(const uint32_t* values, uint32_t to) {
@@ -61,19 +64,18 @@ class PhotonMap {
   };
   void build(std::vector<Block>& blocks, const Threads& threads);
 
-  // Calls visit(const PhotonGroup&, lanes) so that each photon closer than radius to p is in one call's lanes, in an order that depends
-  // on the photons alone.
+  // Calls visit(const PhotonGroup&, lanes) so that each photon in the ellipsoid is in one call's lanes, in an order that depends on the
+  // photons alone.
   template <typename Visit>
-  void visit_within(Vec3 p, float radius, Visit visit) const {
+  void visit_within(const Ellipsoid& region, Visit visit) const {
     if (grid_.empty()) return;
-    const float r2 = radius * radius;
-    visit_cell_runs(p, radius, [&](CellKey first, uint32_t more) {
+    visit_cell_runs(region.center, region.along, [&](CellKey first, uint32_t more) {
       const auto [begin, end] = grid_.range(first, more);
       const uint32_t tag = cell_tag(first);
       for (uint32_t i = begin & ~(PhotonGroup::kLanes - 1); i < end; i += PhotonGroup::kLanes) {
         const PhotonGroup& group = groups_[i / PhotonGroup::kLanes];
         const uint32_t inside = lanes_before(end - i) & ~lanes_before(begin > i ? begin - i : 0);
-        const uint32_t lanes = group.near(p, r2) & inside & PhotonGroup::equal(group.tag, tag);
+        const uint32_t lanes = group.inside(region) & inside & PhotonGroup::equal(group.tag, tag);
         if (lanes != 0) visit(group, lanes);
       }
     });

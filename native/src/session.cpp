@@ -138,7 +138,7 @@ void Session::iterate(SppmProgress& done) {
   if (!batches.empty()) {
     {
       const Stopwatch watch(done.seconds_grid);
-      film_.announce(samples_, maps_, threads_);
+      film_.announce(samples_, maps_, rules(batches), threads_);
     }
     {
       const Stopwatch watch(done.seconds_photons);

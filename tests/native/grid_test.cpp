@@ -55,7 +55,7 @@ struct Cloud {
 
 std::vector<int> found(const PhotonMap& map, const Query& q) {
   std::vector<int> ids;
-  map.visit_within(q.p, q.radius, [&](const PhotonGroup& group, uint32_t lanes) {
+  map.visit_within({q.p, q.radius}, [&](const PhotonGroup& group, uint32_t lanes) {
     for (uint32_t lane = 0; lane < PhotonGroup::kLanes; ++lane)
       if (lanes >> lane & 1) ids.push_back(static_cast<int>(group.power(lane).x));
   });

@@ -32,6 +32,19 @@ PixelSpread rectangle(Vec3 middle, float x, float y, Vec3 wo, int points = 4096)
   return spread;
 }
 
+// Calls visit(d, weight) for places at d from the kernel's center in the plane z = 0; the weights are shares of its area.
+template <typename Visit>
+void integrate(const Kernel& kernel, Visit visit) {
+  constexpr int kSteps = 400;
+  const float step = 2 * kernel.region().along / kSteps;
+  for (int y = 0; y < kSteps; ++y)
+    for (int x = 0; x < kSteps; ++x) {
+      const Vec3 d = Vec3{static_cast<float>(x) + 0.5f - kSteps / 2, static_cast<float>(y) + 0.5f - kSteps / 2, 0} * step;
+      const Vec3 p = kernel.region().center + d;
+      if (kernel.region().level(p) < 1) visit(d, static_cast<double>(kernel.weight(p) * step * step) / kernel.area());
+    }
+}
+
 }  // namespace
 
 TEST_CASE("a kernel's weights have the mean 1 over its area, and the variances it was made for") {
@@ -45,17 +58,11 @@ TEST_CASE("a kernel's weights have the mean 1 over its area, and the variances i
   for (const Case& c : {Case{{}, 0.02f, 0.01, 0.01}, Case{tilted, 0, 0.02, 0.01}, Case{tilted, 0.04f, 0.03, 0.02}, Case{tilted, 0.1f, 0.05, 0.05}}) {
     const Kernel kernel(vp, c.ellipse, c.radius);
     double sum = 0, along = 0, across = 0;
-    constexpr int kSteps = 400;
-    const double step = 2 * static_cast<double>(kernel.radius()) / kSteps;
-    for (int i = 0; i < kSteps; ++i)
-      for (int j = 0; j < kSteps; ++j) {
-        const double x = (i + 0.5) * step - static_cast<double>(kernel.radius()), y = (j + 0.5) * step - static_cast<double>(kernel.radius());
-        if (x * x + y * y >= static_cast<double>(kernel.radius()) * static_cast<double>(kernel.radius())) continue;
-        const double w = static_cast<double>(kernel.weight({static_cast<float>(x), static_cast<float>(y), 0})) * step * step / kernel.area();
-        sum += w;
-        along += w * square(static_cast<float>(0.6 * x + 0.8 * y));
-        across += w * square(static_cast<float>(0.8 * x - 0.6 * y));
-      }
+    integrate(kernel, [&](Vec3 d, double weight) {
+      sum += weight;
+      along += weight * static_cast<double>(square(0.6f * d.x + 0.8f * d.y));
+      across += weight * static_cast<double>(square(0.8f * d.x - 0.6f * d.y));
+    });
     CHECK(sum == doctest::Approx(1).epsilon(0.002));
     CHECK(std::sqrt(along) == doctest::Approx(c.along).epsilon(0.002));
     CHECK(std::sqrt(across) == doctest::Approx(c.across).epsilon(0.002));
@@ -84,15 +91,9 @@ TEST_CASE("toward the horizon kernel and camera samples together cover the pixel
     for (int i = 0; i < kPoints; ++i) {
       const VisiblePoint vp = seen({0, (static_cast<float>(i) + 0.5f) * 0.1f / kPoints - 0.05f, 0}, {0, 0, 1}, wo);
       const Kernel kernel(vp, spread.ellipse(TangentAxes(vp)), radius);
-      centers += static_cast<double>(square(kernel.center().y)) / kPoints;
+      centers += static_cast<double>(square(kernel.region().center.y)) / kPoints;
       if (i > 0) continue;
-      constexpr int kSteps = 400;
-      for (int y = 0; y < kSteps; ++y)
-        for (int x = 0; x < kSteps; ++x) {
-          const Vec3 d = Vec3{(static_cast<float>(x) + 0.5f) / kSteps - 0.5f, (static_cast<float>(y) + 0.5f) / kSteps - 0.5f, 0} * (2 * kernel.radius());
-          if (length(d) < kernel.radius())
-            kernel_variance += static_cast<double>(kernel.weight(d) * square(d.y)) * square(2 * kernel.radius() / kSteps) / kernel.area();
-        }
+      integrate(kernel, [&](Vec3 d, double weight) { kernel_variance += weight * static_cast<double>(square(d.y)); });
     }
     CHECK(std::sqrt(centers + kernel_variance) == doctest::Approx(0.1 / std::sqrt(12.0)).epsilon(0.03));
   }
