@@ -10,9 +10,9 @@
 
 namespace sppm {
 
-// A disk, or where the point stands for an ellipse that the disk would not cover, a kernel over it whose variances are the ellipse's, or the
-// disk's where that is wider: flat where the disk is wider than the ellipse, which then has no shape to keep, else the smooth hill (1 - q)^3,
-// which is near to the pixel's filter.
+// A disk, or where the point stands for an ellipse that the disk would not cover, a kernel over it whose variances are the ellipse's, or
+// the disk's where that is wider: flat where the disk is wider than the ellipse, which then has no shape to keep, else the smooth hill
+// (1 - q)^3, which is near to the pixel's filter.
 class Kernel {
  public:
   Kernel(const VisiblePoint& vp, const PixelEllipse& ellipse, float disk_radius) : region_(vp.p, disk_radius) {

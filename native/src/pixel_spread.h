@@ -1,8 +1,8 @@
 // How the visible points of a pixel are spread over the surface that it sees.
 //
 // A pixel's value is the mean over its filter, which camera samples take at random. Where all of them lie on one surface, their spread is
-// the filter as it lies there: a kernel of that spread around their mean asks photons for the same mean, without the noise of camera samples,
-// and it does not have to shrink.
+// the filter as it lies there: a kernel of that spread around their mean asks photons for the same mean, without the noise of camera
+// samples, and it does not have to shrink.
 #pragma once
 
 #include <algorithm>
@@ -14,10 +14,9 @@
 
 namespace sppm {
 
-// Directions in a tangent plane: `along` the line of sight and across it. The filter's image is an ellipse with these axes where what
-// bends the line of sight lies as the surface does.
+// The tangent plane of a visible point, and how it is seen.
 struct TangentAxes {
-  Vec3 normal, along;
+  Vec3 normal, along;  // along: of the line of sight, in the plane
   float cosine;  // between normal and line of sight
 
   explicit TangentAxes(const VisiblePoint& vp) : normal(unpack_direction(vp.ng)) {
@@ -30,8 +29,9 @@ struct TangentAxes {
   Vec3 sight() const { return normal * cosine + along * std::sqrt(std::max(0.0f, 1 - cosine * cosine)); }
 };
 
+// Of the surface that most of the pixel's points so far lie on.
 struct PixelSpread {
-  Vec3 mean;  // [m]
+  Vec3 mean;                   // [m]
   PackedDirection normal = 0;  // where the first point was
   // Covariance matrix of the two coordinates that a plane with the first point's normal is best told by [m^2].
   float uu = 0, uv = 0, vv = 0;

@@ -55,7 +55,8 @@ TEST_CASE("a kernel's weights have the mean 1 over its area, and the variances i
     float radius;
     double along, across;
   };
-  for (const Case& c : {Case{{}, 0.02f, 0.01, 0.01}, Case{tilted, 0, 0.02, 0.01}, Case{tilted, 0.04f, 0.03, 0.02}, Case{tilted, 0.1f, 0.05, 0.05}}) {
+  for (const Case& c : {Case{{}, 0.02f, 0.01, 0.01},
+                        Case{tilted, 0, 0.02, 0.01}, Case{tilted, 0.04f, 0.03, 0.02}, Case{tilted, 0.1f, 0.05, 0.05}}) {
     const Kernel kernel(vp, c.ellipse, c.radius);
     double sum = 0, along = 0, across = 0;
     integrate(kernel, [&](Vec3 d, double weight) {

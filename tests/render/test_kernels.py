@@ -43,7 +43,8 @@ def test_noise_falls_as_one_over_photons(tilt):
     scene = lit_through_a_pane(tilt)
     variances = {}
     for iterations in (16, 64):
-        pictures = [render(scene, "Caustics", iterations=iterations, photons_per_iteration=64 * 256, seed=seed)[..., 1] for seed in range(8)]
+        pictures = [render(scene, "Caustics", iterations=iterations, photons_per_iteration=64 * 256, seed=seed)[..., 1]
+                    for seed in range(8)]
         variances[iterations] = np.var(pictures, 0, ddof=1).mean() / np.mean(pictures) ** 2
     assert variances[64] / variances[16] < 0.34
 
