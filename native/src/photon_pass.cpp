@@ -10,6 +10,7 @@ namespace {
 
 constexpr uint64_t kPhotonStream = 0x70686f746f6e;
 constexpr uint64_t kBlock = 4096;
+constexpr size_t kWalks = 128;  // that are under way together: their state fits the first cache
 
 void store(PhotonMap::Block& block, const PhotonMap& map, const Photon& photon) {
   const size_t before = block.keys.size();
@@ -19,63 +20,91 @@ void store(PhotonMap::Block& block, const PhotonMap& map, const Photon& photon) 
   block.photons.push_back(photon);
 }
 
-class PhotonPath {
+class PhotonPaths {
  public:
-  PhotonPath(const Scene& scene, const PathSettings& settings, const PhotonBatch& batch, const PhotonMaps& maps,
+  PhotonPaths(const Scene& scene, const PathSettings& settings, const PhotonBatch& batch, const PhotonMaps& maps,
              std::array<PhotonMap::Block*, kPhotonKinds> blocks, RayCounts& counts)
       : scene_(scene), settings_(settings), batch_(batch), maps_(maps), blocks_(blocks), counts_(counts) {}
 
-  void follow(Sampler sampler) const {
-    const Sample4 u = sampler.next(), v = sampler.next();
-    const auto start = batch_.aimed ? scene_.lights.emit_aimed(u, v) : scene_.lights.emit(u, v);
-    if (!start) return;
-    Vec3 beta = start->weight * (1 / static_cast<float>(batch_.count));
-    Ray ray{start->origin, start->direction};
-    PhotonKind kind = batch_.emission == Emission::kRest ? kIndirect : kCaustic;
-    int passes = 0;
-    for (uint32_t depth = 0; depth < settings_.max_depth;) {
-      ++counts_.photon;
-      const auto surface = scene_.intersect(ray);
-      if (!surface) return;
-      const Vec3 wi = -ray.direction;
-      const Bsdf bsdf = scene_.bsdf(*surface);
-      const bool first = depth == 0;
-      if (!first) deposit(*surface, bsdf, beta, wi, kind);  // the first hit is direct light
-      const Vec3 transparency = scene_.transparency(*surface);
-      const auto share = [&](const Lobe& lobe) { return first ? share_of(lobe) : 1.0f; };
-      const LobeChoice choice(bsdf, transparency, wi, share);
-      const Sample4 w = sampler.next();
-      float pick = w[3];
-      const int chosen = choice.choose(bsdf, pick);
-      if (chosen == LobeChoice::kNothing) return;
-      if (chosen == LobeChoice::kThrough) {
-        if (++passes > kMostPasses) return;
-        beta *= transparency / choice.through;
-        ray = surface->spawn_at_border(wi, ray.direction);
-        continue;
-      }
-      const Lobe& lobe = bsdf[chosen];
-      const auto next = sample(lobe, bsdf.at, wi, {w[0], w[1], w[2]}, Transport::kPhoton);
-      if (!next) return;
-      const Vec3 scattered = beta * next->weight * (share(lobe) / choice.probability[static_cast<size_t>(chosen)]);
-      if (!is_finite(scattered)) {
-        ++counts_.dropped;
-        return;
-      }
-      // Absorption ends paths rather than thinning them: those that go on keep their luminance. What is aimed at a target has its
-      // reflectance in the choice of the target.
-      const float before = luminance(beta), after = luminance(scattered);
-      if (!(after > 0)) return;
-      const float survival = first && batch_.aimed ? 1.0f : std::min(1.0f, after / before);
-      if (pick >= survival) return;
-      beta = scattered / survival;
-      if (lobe.diffuse()) kind = kIndirect;
-      ray = lobe.diffuse() ? surface->spawn(next->direction) : surface->spawn_at_border(wi, next->direction);
-      ++depth;
+  // Follows the paths [begin, end) of the sequence, many at a time: while one waits for a division or for memory another goes on.
+  void follow(uint64_t stream, uint64_t begin, uint64_t end) const {
+    std::vector<Walk> walks;
+    walks.reserve(kWalks);
+    std::array<std::optional<Hit>, kWalks> hits;
+    for (;;) {
+      while (walks.size() < kWalks && begin < end)
+        if (const auto walk = start(Sampler(stream, begin++))) walks.push_back(*walk);
+      if (walks.empty()) return;
+      counts_.photon += walks.size();
+      for (size_t i = 0; i < walks.size(); ++i) hits[i] = scene_.trace(walks[i].ray);
+      size_t kept = 0;
+      for (size_t i = 0; i < walks.size(); ++i)
+        if (hits[i] && advance(walks[i], *hits[i])) walks[kept++] = walks[i];
+      walks.erase(walks.begin() + static_cast<std::ptrdiff_t>(kept), walks.end());
     }
   }
 
  private:
+  struct Walk {  // a path on its way
+    Sampler sampler;
+    Ray ray;
+    Vec3 beta;
+    PhotonKind kind;
+    uint32_t depth;
+    int passes;
+  };
+
+  // Empty if no light is there to start from.
+  std::optional<Walk> start(Sampler sampler) const {
+    std::optional<Walk> walk;
+    const Sample4 u = sampler.next(), v = sampler.next();
+    const auto start = batch_.aimed ? scene_.lights.emit_aimed(u, v) : scene_.lights.emit(u, v);
+    if (!start) return walk;
+    walk.emplace(Walk{sampler, {start->origin, start->direction}, start->weight * (1 / static_cast<float>(batch_.count)),
+                      batch_.emission == Emission::kRest ? kIndirect : kCaustic, 0, 0});
+    return walk;
+  }
+
+  // Takes the path to its next ray; false where it ends.
+  bool advance(Walk& walk, const Hit& hit) const {
+    const SurfacePoint surface = scene_.surface(walk.ray, hit);
+    const Vec3 wi = -walk.ray.direction;
+    const Bsdf bsdf = scene_.bsdf(surface);
+    const bool first = walk.depth == 0;
+    if (!first) deposit(surface, bsdf, walk.beta, wi, walk.kind);  // the first hit is direct light
+    const Vec3 transparency = scene_.transparency(surface);
+    const auto share = [&](const Lobe& lobe) { return first ? share_of(lobe) : 1.0f; };
+    const LobeChoice choice(bsdf, transparency, wi, share);
+    const Sample4 w = walk.sampler.next();
+    float pick = w[3];
+    const int chosen = choice.choose(bsdf, pick);
+    if (chosen == LobeChoice::kNothing) return false;
+    if (chosen == LobeChoice::kThrough) {
+      if (++walk.passes > kMostPasses) return false;
+      walk.beta *= transparency / choice.through;
+      walk.ray = surface.spawn_at_border(wi, walk.ray.direction);
+      return true;
+    }
+    const Lobe& lobe = bsdf[chosen];
+    const auto next = sample(lobe, bsdf.at, wi, {w[0], w[1], w[2]}, Transport::kPhoton);
+    if (!next) return false;
+    const Vec3 scattered = walk.beta * next->weight * (share(lobe) / choice.probability[static_cast<size_t>(chosen)]);
+    if (!is_finite(scattered)) {
+      ++counts_.dropped;
+      return false;
+    }
+    // Absorption ends paths rather than thinning them: those that go on keep their luminance. What is aimed at a target has its
+    // reflectance in the choice of the target.
+    const float before = luminance(walk.beta), after = luminance(scattered);
+    if (!(after > 0)) return false;
+    const float survival = first && batch_.aimed ? 1.0f : std::min(1.0f, after / before);
+    if (pick >= survival) return false;
+    walk.beta = scattered / survival;
+    if (lobe.diffuse()) walk.kind = kIndirect;
+    walk.ray = lobe.diffuse() ? surface.spawn(next->direction) : surface.spawn_at_border(wi, next->direction);
+    return ++walk.depth < settings_.max_depth;
+  }
+
   float share_of(const Lobe& lobe) const {
     switch (batch_.emission) {
       case Emission::kSpecular: return lobe.photon_share();
@@ -120,9 +149,9 @@ bool run_photon_pass(const Scene& scene, const PathSettings& settings, std::span
     std::array<PhotonMap::Block*, kPhotonKinds> mine{&blocks[kCaustic][t], &blocks[kIndirect][t]};
     for (PhotonMap::Block* block : mine) block->photons.clear(), block->keys.clear(), block->owners.clear();
     if (cancel.load(std::memory_order_relaxed)) return;
-    const PhotonPath path(scene, settings, batch, maps, mine, task_counts[t]);
+    const PhotonPaths paths(scene, settings, batch, maps, mine, task_counts[t]);
     const uint64_t stream = hash64(settings.seed ^ kPhotonStream, static_cast<uint64_t>(batch.emission));
-    for (uint64_t i = tasks[t].begin; i < tasks[t].end; ++i) path.follow(Sampler(stream, batch.first + i));
+    paths.follow(stream, batch.first + tasks[t].begin, batch.first + tasks[t].end);
   });
   for (size_t t = 0; t < tasks.size(); ++t) counts[tasks[t].batch] += task_counts[t];
   return !cancel.load();

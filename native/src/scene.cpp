@@ -57,28 +57,35 @@ SurfaceAttributes Scene::attributes(const Mesh& mesh, uint32_t triangle, float u
   return at;
 }
 
-std::optional<SurfacePoint> Scene::intersect(const Ray& ray) const {
-  // One object for all ways out, which the compiler then makes in the caller's place: copies of it took a tenth of this function.
-  std::optional<SurfacePoint> found;
+std::optional<Hit> Scene::trace(const Ray& ray) const {
   const auto hit = accel_.intersect(ray);
-  if (!hit) return found;
-  const Instance& instance = instances_[hit->instance];
+  if (hit) __builtin_prefetch(&meshes_[instances_[hit->instance].mesh]->facets[hit->triangle]);
+  return hit;
+}
+
+SurfacePoint Scene::surface(const Ray& ray, const Hit& hit) const {
+  SurfacePoint s;
+  const Instance& instance = instances_[hit.instance];
   const Mesh& mesh = *meshes_[instance.mesh];
-  const Facet& facet = mesh.facets[hit->triangle];
-  const float u = hit->u, v = hit->v, w = 1 - u - v;
-  SurfacePoint& s = found.emplace();
-  const std::array<Vec3, 3> p = vertices(instance, hit->triangle);
+  const Facet& facet = mesh.facets[hit.triangle];
+  const float u = hit.u, v = hit.v, w = 1 - u - v;
+  const std::array<Vec3, 3> p = vertices(instance, hit.triangle);
   const Plane plane = instance.identity ? facet.plane : plane_of(p);
   s.p = p[0] * w + p[1] * u + p[2] * v;
   s.ng = is_black(plane.normal) ? -ray.direction : instance.flip ? -plane.normal : plane.normal;
-  s.offset = clearance(instance.identity ? max_component(abs(s.p)) : reach(instance, hit->triangle)) + plane.slack;
+  s.offset = clearance(instance.identity ? max_component(abs(s.p)) : reach(instance, hit.triangle)) + plane.slack;
   s.ns = s.ng;
   if (mesh.smooth) s.ns = shading_normal(normal(facet, instance, u, v), s.ng, -ray.direction);
-  s.instance = hit->instance, s.triangle = hit->triangle;
-  if (hit->t <= ray.touching.reach) s.touching = ray.touching;
-  s.material = instance.materials[mesh.slot(hit->triangle)];
-  if (has_attributes_) s.attributes = attributes(mesh, hit->triangle, u, v);
-  return found;
+  s.instance = hit.instance, s.triangle = hit.triangle;
+  if (hit.t <= ray.touching.reach) s.touching = ray.touching;
+  s.material = instance.materials[mesh.slot(hit.triangle)];
+  if (has_attributes_) s.attributes = attributes(mesh, hit.triangle, u, v);
+  return s;
+}
+
+std::optional<SurfacePoint> Scene::intersect(const Ray& ray) const {
+  const auto hit = accel_.intersect(ray);
+  return hit ? std::optional(surface(ray, *hit)) : std::nullopt;
 }
 
 Vec3 Scene::transmittance(Ray ray, uint64_t& rays) const {

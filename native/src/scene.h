@@ -74,6 +74,10 @@ class Scene {
   void set_time(double time, const Threads& threads);  // 0 where the shutter opens, 1 where it closes
   std::mutex turn;
 
+  // Where the ray meets a surface, and what is there: two steps, so that many rays can be traced before the first surface is asked for,
+  // whose data is then on its way from memory.
+  std::optional<Hit> trace(const Ray& ray) const;
+  SurfacePoint surface(const Ray& ray, const Hit& hit) const;
   std::optional<SurfacePoint> intersect(const Ray& ray) const;
   // What is left of light along the ray: 1 where nothing stands in its way, 0 behind anything opaque. Adds the rays traced.
   Vec3 transmittance(Ray ray, uint64_t& rays) const;
