@@ -7,6 +7,7 @@
 #endif
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <map>
@@ -81,13 +82,13 @@ void trace(RTCScene scene, RTCRayHit& query, const Touching& touching, uint32_t 
 #endif
 }
 
-void trace_shadow(RTCScene scene, RTCRay& ray) {
+void trace_shadows(RTCScene scene, const int* valid, RTCRay16& rays) {
 #if SPPM_EMBREE_MAJOR >= 4
-  rtcOccluded1(scene, &ray);
+  rtcOccluded16(valid, scene, &rays);
 #else
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  rtcOccluded1(scene, &context, &ray);
+  rtcOccluded16(valid, scene, &context, &rays);
 #endif
 }
 
@@ -214,11 +215,23 @@ std::optional<Hit> Accel::intersect(const Ray& ray) const {
   return found;
 }
 
-bool Accel::occluded(const Ray& ray) const {
-  if (!traceable(ray)) return false;
-  RTCRayHit query = make_query(ray);
-  trace_shadow(impl_->scene, query.ray);
-  return query.ray.tfar < 0;
+uint32_t Accel::occluded(std::span<const Ray> rays) const {
+  static_assert(kPacket == 16);
+  alignas(64) std::array<int, kPacket> valid{};
+  RTCRay16 query;
+  for (size_t i = 0; i < rays.size(); ++i) {
+    const Ray& ray = rays[i];
+    if (!traceable(ray)) continue;
+    valid[i] = -1;
+    query.org_x[i] = ray.origin.x, query.org_y[i] = ray.origin.y, query.org_z[i] = ray.origin.z;
+    query.dir_x[i] = ray.direction.x, query.dir_y[i] = ray.direction.y, query.dir_z[i] = ray.direction.z;
+    query.tnear[i] = ray.near, query.tfar[i] = ray.far;
+    query.time[i] = 0, query.mask[i] = ray.kind, query.flags[i] = 0;
+  }
+  trace_shadows(impl_->scene, valid.data(), query);
+  uint32_t hidden = 0;
+  for (size_t i = 0; i < rays.size(); ++i) hidden |= static_cast<uint32_t>(valid[i] && query.tfar[i] < 0) << i;
+  return hidden;
 }
 
 Bounds Accel::bounds() const {

@@ -36,13 +36,16 @@ class Accel {
   Accel(const Accel&) = delete;
   Accel& operator=(const Accel&) = delete;
 
+  static constexpr size_t kPacket = 16;
+
   // Meshes must outlive the accel: their arrays are shared with it.
   void build(std::span<const Placement> placements);
   // Places again what is movable; `commit` ends any number of such calls, and costs as much as the number of instances says.
   void place(uint32_t index, const Placement& placement);
   void commit();
   std::optional<Hit> intersect(const Ray& ray) const;
-  bool occluded(const Ray& ray) const;
+  // Whether something stands in the way of at most kPacket rays, traced together: bit i tells of ray i. Touching rules do not count.
+  uint32_t occluded(std::span<const Ray> rays) const;
   Bounds bounds() const;
   uint64_t memory() const;
 

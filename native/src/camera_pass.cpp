@@ -1,5 +1,8 @@
 #include "camera_pass.h"
 
+#include <algorithm>
+#include <array>
+
 #include "path.h"
 #include "sampling.h"
 
@@ -8,27 +11,54 @@ namespace {
 
 // Direct light up to the visible point takes 2^bits samples: a shadow ray costs a fraction of the path that comes with it.
 constexpr uint32_t kLightSampleBits = 2;
+constexpr size_t kPathsTogether = 64;
 constexpr uint64_t kCameraStream = 0x63616d657261;  // tells a pixel's samples from a photon's
+
+// Shadow rays, and what comes along them, until there are enough to trace them together.
+class ShadowRays {
+ public:
+  ShadowRays(const Scene& scene, RayCounts& counts) : scene_(scene), counts_(counts) {}
+
+  // Adds `value` to `sum` if nothing stands in the ray's way, or what is left of it; at the latest when `trace` is called.
+  void add(const Ray& ray, Vec3 value, Vec3& sum) {
+    rays_[count_] = ray, values_[count_] = value, sums_[count_] = &sum;
+    if (++count_ == Scene::kPacket) trace();
+  }
+  void trace() {
+    if (count_ == 0) return;
+    const auto left = scene_.transmittance({rays_.data(), count_}, counts_.shadow);
+    for (size_t i = 0; i < count_; ++i) *sums_[i] += values_[i] * left[i];
+    count_ = 0;
+  }
+
+ private:
+  const Scene& scene_;
+  RayCounts& counts_;
+  size_t count_ = 0;
+  std::array<Ray, Scene::kPacket> rays_;
+  std::array<Vec3, Scene::kPacket> values_;
+  std::array<Vec3*, Scene::kPacket> sums_;
+};
 
 class CameraPath {
  public:
-  CameraPath(const Scene& scene, const PathSettings& settings, Sampler sampler, uint64_t pixel, TilePoints& tile, RayCounts& counts,
-             float* record)
-      : scene_(scene), settings_(settings), sampler_(sampler), pixel_(pixel), tile_(tile), counts_(counts),
-        data_(settings.data, scene, record) {}
+  // Writes to `sample`, which is cleared, and to `record` if there is one.
+  CameraPath(const Scene& scene, const PathSettings& settings, Sampler sampler, Vec2 film, uint64_t pixel, CameraSample& sample,
+             TilePoints& tile, ShadowRays& shadows, float* record)
+      : scene_(scene), settings_(settings), sampler_(sampler), pixel_(pixel), sample_(sample), tile_(tile), shadows_(shadows),
+        data_(settings.data, scene, record), ray_(first_ray(film.x, film.y)) {}
 
-  CameraSample follow(float pixel_x, float pixel_y) {
-    ray_ = first_ray(pixel_x, pixel_y);
-    for (uint32_t depth = 0;;) {
-      const auto surface = trace();
-      if (!surface) return sample_;
-      switch (scatter(*surface, depth + 1 == settings_.max_depth)) {
-        case Next::kEnd: return sample_;
-        case Next::kThrough:
-          if (++passes_ > kMostPasses) return sample_;
-          break;
-        case Next::kBounce: ++depth; break;
-      }
+  // The ray that it goes on by.
+  const Ray& ray() const { return ray_; }
+
+  // Takes the path on, given what its ray meets; false at its end.
+  bool advance(const std::optional<Hit>& hit) {
+    const auto surface = arrive(hit);
+    if (!surface) return false;
+    switch (scatter(*surface, depth_ + 1 == settings_.max_depth)) {
+      case Next::kEnd: return false;
+      case Next::kThrough: return ++passes_ <= kMostPasses;
+      default: return ++depth_, true;
     }
   }
 
@@ -40,18 +70,19 @@ class CameraPath {
     const auto filtered = [&](float v) {
       return settings_.box_filter ? (v - 0.5f) * settings_.filter_reach : sample_blackman_harris(v) * 2 * settings_.filter_reach;
     };
-    return scene_.camera.ray(x + 0.5f + filtered(u[0]), y + 0.5f + filtered(u[1]), u.second());
+    Ray ray = scene_.camera.ray(x + 0.5f + filtered(u[0]), y + 0.5f + filtered(u[1]), u.second());
+    ray.kind = Ray::kCamera;
+    return ray;
   }
 
-  // The next surface, after adding what the ray meets on its way: lamps, and environment or the surface's own light at its end.
-  std::optional<SurfacePoint> trace() {
-    ++counts_.camera;
-    ray_.kind = camera_ray_ ? Ray::kCamera : Ray::kOther;
-    const auto surface = scene_.intersect(ray_);
+  // The surface that the ray meets, after adding what it meets on its way: lamps, and environment or the surface's own light at its end.
+  std::optional<SurfacePoint> arrive(const std::optional<Hit>& hit) {
+    std::optional<SurfacePoint> surface;
+    if (hit) surface.emplace(scene_.surface(ray_, *hit));
     const float distance = surface ? dot(surface->p - ray_.origin, ray_.direction) : kInfinity;
     const float near = since_scatter_;
     since_scatter_ += distance;
-    const auto add = [&](const EmittedLight& light) { *sum_ += met(light, SPPM_PASS_EMISSION); };
+    const auto add = [&](const EmittedLight& light) { met_sum() += met(light, SPPM_PASS_EMISSION); };
     if (!camera_ray_ && share_ > 0) scene_.lights.visit_lamps(scattered_at_, ray_.direction, near, since_scatter_, add);
     if (surface) {
       path_length_ += distance;
@@ -61,6 +92,9 @@ class CameraPath {
     }
     return surface;
   }
+
+  // Where light goes that the ray meets.
+  Vec3& met_sum() { return met_is_indirect_ ? sample_.indirect : sample_.direct; }
 
   // What the path brings of a light that the ray meets; `pass` shows it if the camera sees it.
   Vec3 met(const EmittedLight& light, SppmPass pass) {
@@ -76,7 +110,7 @@ class CameraPath {
     if (hidden && !data_.shows_environment()) return;
     scene_.lights.visit_infinite(scattered_at_, ray_.direction, camera_ray_, [&](const EmittedLight& light) {
       const Vec3 value = met(light, SPPM_PASS_ENVIRONMENT);
-      if (!hidden) *sum_ += value;
+      if (!hidden) met_sum() += value;
     });
   }
 
@@ -101,14 +135,13 @@ class CameraPath {
     if (chosen == LobeChoice::kNothing) return Next::kEnd;
     if (chosen == LobeChoice::kThrough) {
       beta_ *= transparency / choice.through;
-      ray_ = s.spawn_at_border(wo, ray_.direction);
-      return Next::kThrough;
+      return pass_on(s);
     }
     const Lobe& lobe = bsdf[chosen];
     const float probability = choice.probability[static_cast<size_t>(chosen)];
     share_ = share_of_paths(lobe);
     if (waiting_) {
-      sum_ = &sample_.indirect;
+      met_is_indirect_ = true;
     } else if (lobe.diffuse() || (last && lobe.photon_share() < 1)) {
       sample_.point = visible_point(s, bsdf, lobe, wo, probability);
       // Of a narrow lobe's light few photons would bring all.
@@ -140,7 +173,13 @@ class CameraPath {
   Next pass_through(const SurfacePoint& s, Vec3 transparency) {
     beta_ *= transparency;
     if (is_black(beta_)) return Next::kEnd;
+    return pass_on(s);
+  }
+
+  Next pass_on(const SurfacePoint& s) {
+    const Ray::Kind kind = ray_.kind;
     ray_ = s.spawn_at_border(-ray_.direction, ray_.direction);
+    ray_.kind = kind;
     return Next::kThrough;
   }
 
@@ -180,11 +219,12 @@ class CameraPath {
       f += value * (share_of_paths(lobe) * (light->delta ? 1.0f : mis_weight(density, other)));
     }
     if (is_black(f)) return;
-    Vec3 value = beta_ * f * light->radiance * (std::abs(dot(light->wi, bsdf.at.frame.n)) / density);
-    if (light->casts_shadow) {
-      value *= scene_.transmittance(light->end ? s.spawn_to(*light->end) : s.spawn(light->wi, light->distance), counts_.shadow);
-    }
-    (waiting_ ? sample_.indirect : sample_.direct) += value;
+    const Vec3 value = beta_ * f * light->radiance * (std::abs(dot(light->wi, bsdf.at.frame.n)) / density);
+    Vec3& sum = waiting_ ? sample_.indirect : sample_.direct;
+    if (light->casts_shadow)
+      shadows_.add(light->end ? s.spawn_to(*light->end) : s.spawn(light->wi, light->distance), value, sum);
+    else
+      sum += value;
   }
 
   // Of a lamp's light that the lobe scatters toward the path, what photons do not carry to surfaces before.
@@ -228,11 +268,11 @@ class CameraPath {
   const PathSettings& settings_;
   Sampler sampler_;
   uint64_t pixel_;
+  CameraSample& sample_;
   TilePoints& tile_;
-  RayCounts& counts_;
+  ShadowRays& shadows_;
   DataRecorder data_;
 
-  CameraSample sample_;
   Ray ray_;
   Vec3 beta_{1, 1, 1};
   float index_scale_ = 1;    // takes the eta^2 out of beta again
@@ -240,15 +280,33 @@ class CameraPath {
   float light_samples_ = 1;  // of direct light where that was scattered
   Vec3 scattered_at_;        // where the ray got its direction
   float since_scatter_ = 0;  // distance from there to where it has come
-  Vec3* sum_ = &sample_.direct;  // where light goes that the ray meets
+  bool met_is_indirect_ = false;  // light that the ray meets
   float share_ = 1;          // of that light; the rest is carried by photons
   float asked_ = 0;          // share of the caustic light for which photons are asked at surfaces before
   float path_length_ = 0;    // from the camera [m]
   bool camera_ray_ = true;   // not scattered yet
   bool waiting_ = false;     // the path has made its visible point
   bool final_ = false;       // the ray only looks for lights
+  uint32_t depth_ = 0;
   int passes_ = 0;
 };
+
+// Follows paths to their ends, all of them a ray at a time: while one waits for a division or for memory another goes on.
+void follow(const Scene& scene, std::vector<CameraPath>& paths, ShadowRays& shadows, RayCounts& counts) {
+  std::vector<CameraPath*> going;
+  for (CameraPath& path : paths) going.push_back(&path);
+  std::vector<std::optional<Hit>> hits(paths.size());
+  while (!going.empty()) {
+    counts.camera += going.size();
+    for (size_t i = 0; i < going.size(); ++i) hits[i] = scene.trace(going[i]->ray());
+    size_t kept = 0;
+    for (size_t i = 0; i < going.size(); ++i)
+      if (going[i]->advance(hits[i])) going[kept++] = going[i];
+    going.resize(kept);
+    // So that a pixel's sum has the same order wherever the others are.
+    shadows.trace();
+  }
+}
 
 }  // namespace
 
@@ -273,6 +331,13 @@ bool run_camera_pass(const Scene& scene, const PathSettings& settings, uint64_t 
     TilePoints& points = samples.tiles[tile];
     points.lobes.clear(), points.glossy.clear();
     if (cancel.load(std::memory_order_relaxed)) return;
+    ShadowRays shadows(scene, tile_counts[tile]);
+    std::vector<CameraPath> paths;
+    paths.reserve(kPathsTogether);
+    const auto follow_all = [&] {
+      follow(scene, paths, shadows, tile_counts[tile]);
+      paths.clear();
+    };
     visit_tile(tile, camera.region_width, camera.region_height, [&](uint64_t x, uint64_t y) {
       // Named by its place in the full image, so that a cropped render shows the same pixels.
       const uint64_t px = x + camera.region_x, py = y + camera.region_y, pixel = y * camera.region_width + x;
@@ -284,14 +349,20 @@ bool run_camera_pass(const Scene& scene, const PathSettings& settings, uint64_t 
         if (first) record_middle(scene, data, film_x, film_y, record);
       }
       const Sampler sampler(hash64(settings.seed ^ kCameraStream, px << 32 | py), iteration);
-      CameraPath path(scene, settings, sampler, pixel, points, tile_counts[tile], data.any_averaged() ? record : nullptr);
-      CameraSample sample = path.follow(film_x, film_y);
-      if (!is_finite(sample.direct + sample.indirect) || !is_finite(sample.point.weight) || !is_finite(sample.point.p)) {
-        sample = CameraSample{};
-        std::erase_if(points.glossy, [&](const GlossyPoint& g) { return g.pixel == pixel; });
-        ++tile_counts[tile].dropped;
-      }
-      samples.pixels[pixel] = sample;
+      CameraSample& sample = samples.pixels[pixel] = {};
+      paths.emplace_back(scene, settings, sampler, Vec2{film_x, film_y}, pixel, sample, points, shadows,
+                         data.any_averaged() ? record : nullptr);
+      if (paths.size() == kPathsTogether) follow_all();
+    });
+    follow_all();
+    std::ranges::stable_sort(points.glossy, {}, &GlossyPoint::pixel);
+    visit_tile(tile, camera.region_width, camera.region_height, [&](uint64_t x, uint64_t y) {
+      const uint64_t pixel = y * camera.region_width + x;
+      CameraSample& sample = samples.pixels[pixel];
+      if (is_finite(sample.direct + sample.indirect) && is_finite(sample.point.weight) && is_finite(sample.point.p)) return;
+      sample = CameraSample{};
+      std::erase_if(points.glossy, [&](const GlossyPoint& g) { return g.pixel == pixel; });
+      ++tile_counts[tile].dropped;
     });
   });
   for (const RayCounts& c : tile_counts) counts += c;

@@ -10,7 +10,7 @@ namespace {
 
 constexpr uint64_t kPhotonStream = 0x70686f746f6e;
 constexpr uint64_t kBlock = 4096;
-constexpr size_t kWalks = 128;  // that are under way together: their state fits the first cache
+constexpr size_t kWalks = 128;  // paths that are followed together: what they carry fits the first cache
 
 void store(PhotonMap::Block& block, const PhotonMap& map, const Photon& photon) {
   const size_t before = block.keys.size();
@@ -26,7 +26,8 @@ class PhotonPaths {
              std::array<PhotonMap::Block*, kPhotonKinds> blocks, RayCounts& counts)
       : scene_(scene), settings_(settings), batch_(batch), maps_(maps), blocks_(blocks), counts_(counts) {}
 
-  // Follows the paths [begin, end) of the sequence, many at a time: while one waits for a division or for memory another goes on.
+  // Follows the paths [begin, end) of the sequence, many of them a ray at a time: while one waits for a division or for memory another
+  // goes on.
   void follow(uint64_t stream, uint64_t begin, uint64_t end) const {
     std::vector<Walk> walks;
     walks.reserve(kWalks);

@@ -90,7 +90,7 @@ std::optional<SurfacePoint> Scene::intersect(const Ray& ray) const {
 
 Vec3 Scene::transmittance(Ray ray, uint64_t& rays) const {
   ++rays;
-  if (!has_transparent_) return accel_.occluded(ray) ? Vec3{} : Vec3{1, 1, 1};
+  if (!has_transparent_) return accel_.occluded({&ray, 1}) ? Vec3{} : Vec3{1, 1, 1};
   Vec3 left{1, 1, 1};
   const Vec3 direction = ray.direction, end = ray.origin + ray.direction * ray.far;
   for (int i = 0; i < kMostPasses; ++i) {
@@ -104,6 +104,18 @@ Vec3 Scene::transmittance(Ray ray, uint64_t& rays) const {
     ++rays;
   }
   return {};
+}
+
+std::array<Vec3, Scene::kPacket> Scene::transmittance(std::span<const Ray> packet, uint64_t& rays) const {
+  std::array<Vec3, kPacket> left;
+  if (has_transparent_) {
+    for (size_t i = 0; i < packet.size(); ++i) left[i] = transmittance(packet[i], rays);
+    return left;
+  }
+  rays += packet.size();
+  const uint32_t hidden = accel_.occluded(packet);
+  for (size_t i = 0; i < packet.size(); ++i) left[i] = hidden >> i & 1 ? Vec3{} : Vec3{1, 1, 1};
+  return left;
 }
 
 Bsdf Scene::bsdf(const SurfacePoint& s) const {

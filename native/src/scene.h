@@ -81,6 +81,9 @@ class Scene {
   std::optional<SurfacePoint> intersect(const Ray& ray) const;
   // What is left of light along the ray: 1 where nothing stands in its way, 0 behind anything opaque. Adds the rays traced.
   Vec3 transmittance(Ray ray, uint64_t& rays) const;
+  // The same for a packet of rays, the faster the nearer they are to each other.
+  static constexpr size_t kPacket = Accel::kPacket;
+  std::array<Vec3, kPacket> transmittance(std::span<const Ray> packet, uint64_t& rays) const;
   Bsdf bsdf(const SurfacePoint& s) const;
   // Radiance that the surface emits toward a ray of direction -wo that was scattered at `from`, `distance` away, with the pdf of direct
   // light there.
