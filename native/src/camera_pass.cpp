@@ -11,7 +11,7 @@ namespace {
 
 // Direct light up to the visible point takes 2^bits samples: a shadow ray costs a fraction of the path that comes with it.
 constexpr uint32_t kLightSampleBits = 2;
-constexpr size_t kPathsTogether = 64;
+constexpr size_t kPathsTogether = 64;  // that are followed side by side
 constexpr uint64_t kCameraStream = 0x63616d657261;  // tells a pixel's samples from a photon's
 
 // Shadow rays, and what comes along them, until there are enough to trace them together.

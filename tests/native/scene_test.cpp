@@ -146,6 +146,38 @@ TEST_CASE("rays that leave a convex surface never meet it, and rays into it alwa
       }
 }
 
+TEST_CASE("a packet of shadow rays, full or not, tells what its rays tell alone") {
+  const Shape shape = sphere({}, 16);
+  for (const auto type : {SPPM_TRANSPARENT, SPPM_DIFFUSE}) {
+    Scene scene;
+    const uint32_t mesh = scene.add_mesh(shape.desc());
+    add_instance(scene, mesh, add_material(scene, type, 0.5f), turn_scale_move({1, 1, 1}, {0, 0, 0}));
+    add_instance(scene, mesh, add_material(scene, SPPM_DIFFUSE, 0.5f), turn_scale_move({1, 1, 1}, {4, 0, 0}));
+    commit(scene);
+    std::mt19937 random(7);
+    std::normal_distribution<float> normal;
+    const auto vector = [&] { return Vec3{normal(random), normal(random), normal(random)}; };
+    int hidden = 0, seen = 0;
+    for (size_t size = 0; size <= Scene::kPacket; ++size)
+      for (int repeat = 0; repeat < 20; ++repeat) {
+        std::vector<Ray> packet;
+        for (size_t i = 0; i < size; ++i) packet.push_back({vector() * 3, normalize(vector()), 0, i % 3 == 0 ? kInfinity : 2.0f});
+        // What overflowed on its way meets nothing, wherever in the packet it is.
+        if (size > 4) packet[4].origin.x = kInfinity;
+        uint64_t rays = 0, rays_alone = 0;
+        const auto left = scene.transmittance(packet, rays);
+        for (size_t i = 0; i < size; ++i) {
+          const Vec3 alone = scene.transmittance(packet[i], rays_alone);
+          CHECK(left[i] == alone);
+          ++(alone.x < 1 ? hidden : seen);
+        }
+        CHECK(rays == rays_alone);
+      }
+    CHECK(hidden > 100);
+    CHECK(seen > 100);
+  }
+}
+
 TEST_CASE("transparent surfaces dim what passes, opaque ones stop it") {
   const Shape shape = sphere({}, 16);
   for (const bool opaque : {false, true}) {
