@@ -11,6 +11,8 @@ namespace {
 
 // Direct light up to the visible point takes 2^bits samples: a shadow ray costs a fraction of the path that comes with it.
 constexpr uint32_t kLightSampleBits = 2;
+// A pixel that found none in so many iterations takes a single one, until it finds some again.
+constexpr uint8_t kDarkIterations = 8;
 constexpr size_t kPathsTogether = 64;  // that are followed side by side
 constexpr uint64_t kCameraStream = 0x63616d657261;  // tells a pixel's samples from a photon's
 
@@ -129,7 +131,7 @@ class CameraPath {
     const Bsdf bsdf = scene_.bsdf(s);
     const LobeChoice choice(bsdf, transparency, wo);
     data_.meet_surface(s, bsdf, transparency, wo, beta_, camera_ray_);
-    const uint32_t light_bits = waiting_ || !bsdf.rough() ? 0 : kLightSampleBits;
+    const uint32_t light_bits = waiting_ || !bsdf.rough() || sample_.dark_iterations >= kDarkIterations ? 0 : kLightSampleBits;
     float pick = add_direct_light(s, bsdf, choice, wo, light_bits);
     const int chosen = choice.choose(bsdf, pick);
     if (chosen == LobeChoice::kNothing) return Next::kEnd;
@@ -349,7 +351,10 @@ bool run_camera_pass(const Scene& scene, const PathSettings& settings, uint64_t 
         if (first) record_middle(scene, data, film_x, film_y, record);
       }
       const Sampler sampler(hash64(settings.seed ^ kCameraStream, px << 32 | py), iteration);
-      CameraSample& sample = samples.pixels[pixel] = {};
+      CameraSample& sample = samples.pixels[pixel];
+      const uint8_t dark = iteration == 0 ? 0 : sample.dark_iterations;
+      sample = CameraSample{};
+      sample.dark_iterations = dark;
       paths.emplace_back(scene, settings, sampler, Vec2{film_x, film_y}, pixel, sample, points, shadows,
                          data.any_averaged() ? record : nullptr);
       if (paths.size() == kPathsTogether) follow_all();
@@ -359,6 +364,7 @@ bool run_camera_pass(const Scene& scene, const PathSettings& settings, uint64_t 
     visit_tile(tile, camera.region_width, camera.region_height, [&](uint64_t x, uint64_t y) {
       const uint64_t pixel = y * camera.region_width + x;
       CameraSample& sample = samples.pixels[pixel];
+      sample.dark_iterations = is_black(sample.direct) ? std::min<uint8_t>(sample.dark_iterations, kDarkIterations - 1) + 1 : 0;
       if (is_finite(sample.direct + sample.indirect) && is_finite(sample.point.weight) && is_finite(sample.point.p)) return;
       sample = CameraSample{};
       std::erase_if(points.glossy, [&](const GlossyPoint& g) { return g.pixel == pixel; });

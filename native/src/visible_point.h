@@ -51,6 +51,7 @@ struct CameraSample {
   Vec3 direct;        // emission, environment and direct light up to the visible point
   Vec3 indirect;      // light that paths bring to the visible point from other surfaces
   float alpha = 1;
+  uint8_t dark_iterations = 0;  // before this one, without direct light
 };
 
 }  // namespace sppm
