@@ -51,7 +51,7 @@ class Film {
   uint64_t memory() const;
 
  private:
-  void find_near_edges(uint64_t width, const Threads& threads);
+  void mark_edges(const std::vector<uint8_t>& edges, uint64_t width, const Threads& threads);
   Creases creases(const CameraSamples& samples, uint64_t x, uint64_t y, uint64_t width) const;
   void limit_radii(const PhotonRules& rules, uint64_t width, const Threads& threads);
   void add_data(const CameraSamples& samples, const Threads& threads);

@@ -15,29 +15,31 @@ constexpr uint64_t kCreaseWindow = 4;  // pixels within which creases are looked
 
 void Film::use_spreads(CameraSamples& samples, uint64_t width, const Threads& threads) {
   const uint64_t height = pixels_.size() / width;
+  std::vector<uint8_t> edges(pixels_.size());  // apart from the pixels, which their neighbours read here
   threads.for_each(height, [&](uint64_t y) {
     for (uint64_t x = 0; x < width; ++x) {
       const uint64_t i = y * width + x;
-      PixelSpread& spread = pixels_[i].spread;
+      const PixelSpread& spread = pixels_[i].spread;
+      edges[i] = spread.edge;
       const VisiblePoint& vp = samples.pixels[i].point;
       if (!vp.valid() || spread.count == 0) continue;
       const TangentAxes axes(vp);
       const auto goes_on = [&](uint64_t neighbor) { return spread.reaches(pixels_[neighbor].spread, axes, pixels_[i].footprint); };
       if (!spread.has(vp, axes, pixels_[i].footprint)) continue;
-      spread.edge = !((x == 0 || goes_on(i - 1)) && (x + 1 == width || goes_on(i + 1)) && (y == 0 || goes_on(i - width)) &&
-                      (y + 1 == height || goes_on(i + width)));
-      if (!spread.edge) samples.pixels[i].ellipse = spread.ellipse(axes);
+      edges[i] = !((x == 0 || goes_on(i - 1)) && (x + 1 == width || goes_on(i + 1)) && (y == 0 || goes_on(i - width)) &&
+                   (y + 1 == height || goes_on(i + width)));
+      if (!edges[i]) samples.pixels[i].ellipse = spread.ellipse(axes);
     }
   });
-  find_near_edges(width, threads);
+  mark_edges(edges, width, threads);
   threads.for_blocks(pixels_.size(), kGrain, [&](uint64_t begin, uint64_t end) {
     for (uint64_t i = begin; i < end; ++i)
       if (samples.pixels[i].point.valid()) pixels_[i].spread.add(samples.pixels[i].point, pixels_[i].footprint);
   });
 }
 
-// Marks the pixels around edges: first along rows, then along columns.
-void Film::find_near_edges(uint64_t width, const Threads& threads) {
+// Marks edges and the pixels around them: first along rows, then along columns.
+void Film::mark_edges(const std::vector<uint8_t>& edges, uint64_t width, const Threads& threads) {
   const uint64_t height = pixels_.size() / width;
   std::vector<uint8_t> along_row(pixels_.size());
   const auto any = [](uint64_t at, uint64_t size, auto is_marked) {
@@ -47,11 +49,14 @@ void Film::find_near_edges(uint64_t width, const Threads& threads) {
   };
   threads.for_each(height, [&](uint64_t y) {
     for (uint64_t x = 0; x < width; ++x)
-      along_row[y * width + x] = any(x, width, [&](uint64_t i) { return pixels_[y * width + i].spread.edge; });
+      along_row[y * width + x] = any(x, width, [&](uint64_t i) { return edges[y * width + i] != 0; });
   });
   threads.for_each(height, [&](uint64_t y) {
-    for (uint64_t x = 0; x < width; ++x)
-      pixels_[y * width + x].spread.near_edge = any(y, height, [&](uint64_t i) { return along_row[i * width + x] != 0; });
+    for (uint64_t x = 0; x < width; ++x) {
+      PixelSpread& spread = pixels_[y * width + x].spread;
+      spread.edge = edges[y * width + x];
+      spread.near_edge = any(y, height, [&](uint64_t i) { return along_row[i * width + x] != 0; });
+    }
   });
 }
 

@@ -134,6 +134,18 @@ def lit_floor_under(scene):
     return scene.add(floor(5), diffuse(RHO)).above(1, 1e-4)
 
 
+def test_light_that_samples_seldom_find():
+    """A pixel that found no light for long takes fewer samples; the mean stays that of one that always takes four.
+
+    A plate hides the lamp but for a strip: a hundredth of it, which 0.73 of the pixels have not met after eight iterations of four.
+    """
+    scene = Scene().add(floor(5), diffuse(RHO)).light(LightType.RECTANGLE, at(0, 0, 2), 10, size_x=1, size_y=1)
+    scene.add(quad(((-0.49, -1, 1.999), (1, -1, 1.999), (1, 1, 1.999), (-0.49, 1, 1.999))), diffuse(0)).above(1, 1e-4)
+    short, long = (means(scene, "Direct", seeds=seeds, iterations=iterations, photons_per_iteration=1)
+                   for seeds, iterations in ((256, 8), (64, 64)))
+    check(long, short.mean(), precision=0.02, bias=3 * short.std(ddof=1) / np.sqrt(len(short)) / short.mean())
+
+
 def test_many_lamps_add_up():
     """Strong and weak, near and far: whichever is chosen for a sample, the sum is that of all."""
     scene = lit_floor_under(Scene(world=0.1)).light(LightType.SUN, sun_frame(0.5), 0.5, angle=0.1)
