@@ -274,6 +274,8 @@ void check_embree() {
   accel.build({&placement, 1});
   const auto hit = accel.intersect({{0, 0, 2}, {0, 0, -1}});
   if (!hit || std::abs(hit->t - 2) > 1e-5f) throw Error(SPPM_UNSUPPORTED, "Embree does not find a triangle that is there" + advice);
+  const Ray rays[] = {{{0, 0, 2}, {0, 0, -1}}, {{0, 0, 2}, {0, 0, 1}}};
+  if (accel.occluded(rays) != 1) throw Error(SPPM_UNSUPPORTED, "Embree does not trace packets of rays (EMBREE_RAY_PACKETS)" + advice);
 }
 
 }  // namespace sppm

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "path.h"
 #include "sampling.h"
@@ -11,8 +12,8 @@ namespace {
 
 // Direct light up to the visible point takes 2^bits samples: a shadow ray costs a fraction of the path that comes with it.
 constexpr uint32_t kLightSampleBits = 2;
-// A pixel that found none in so many iterations takes a single one, until it finds some again.
-constexpr uint8_t kDarkIterations = 8;
+// A pixel that found none in so many iterations takes one of them, until it finds some again.
+constexpr uint8_t kDarkIterations = 16;
 constexpr size_t kPathsTogether = 64;  // that are followed side by side
 constexpr uint64_t kCameraStream = 0x63616d657261;  // tells a pixel's samples from a photon's
 
@@ -21,11 +22,20 @@ class ShadowRays {
  public:
   ShadowRays(const Scene& scene, RayCounts& counts) : scene_(scene), counts_(counts) {}
 
-  // Adds `value` to `sum` if nothing stands in the ray's way, or what is left of it; at the latest when `trace` is called.
+  // Adds `value` to `sum` if nothing stands in the ray's way, or what is left of it; at the latest when `finish` is called.
   void add(const Ray& ray, Vec3 value, Vec3& sum) {
     rays_[count_] = ray, values_[count_] = value, sums_[count_] = &sum;
     if (++count_ == Scene::kPacket) trace();
   }
+  // Adds what nothing hides when `finish` is called, so that the order of a sum does not depend on when packets are full.
+  void add_unshadowed(Vec3 value, Vec3& sum) { unshadowed_.emplace_back(value, &sum); }
+  void finish() {
+    trace();
+    for (const auto& [value, sum] : unshadowed_) *sum += value;
+    unshadowed_.clear();
+  }
+
+ private:
   void trace() {
     if (count_ == 0) return;
     const auto left = scene_.transmittance({rays_.data(), count_}, counts_.shadow);
@@ -33,13 +43,13 @@ class ShadowRays {
     count_ = 0;
   }
 
- private:
   const Scene& scene_;
   RayCounts& counts_;
   size_t count_ = 0;
   std::array<Ray, Scene::kPacket> rays_;
   std::array<Vec3, Scene::kPacket> values_;
   std::array<Vec3*, Scene::kPacket> sums_;
+  std::vector<std::pair<Vec3, Vec3*>> unshadowed_;
 };
 
 class CameraPath {
@@ -131,7 +141,7 @@ class CameraPath {
     const Bsdf bsdf = scene_.bsdf(s);
     const LobeChoice choice(bsdf, transparency, wo);
     data_.meet_surface(s, bsdf, transparency, wo, beta_, camera_ray_);
-    const uint32_t light_bits = waiting_ || !bsdf.rough() || sample_.dark_iterations >= kDarkIterations ? 0 : kLightSampleBits;
+    const uint32_t light_bits = waiting_ || !bsdf.rough() ? 0 : kLightSampleBits;
     float pick = add_direct_light(s, bsdf, choice, wo, light_bits);
     const int chosen = choice.choose(bsdf, pick);
     if (chosen == LobeChoice::kNothing) return Next::kEnd;
@@ -167,8 +177,10 @@ class CameraPath {
     scattered_at_ = ray_.origin;
     since_scatter_ = ray_.touching.reach;
     camera_ray_ = false;
+    const bool transmitted = dot(next->direction, s.ng) * dot(wo, s.ng) < 0;
+    if (!waiting_) sample_.way = static_cast<uint8_t>((sample_.way * 5 + 1 + transmitted) & 15);
     // Entering glass divides radiance by eta^2 and leaving multiplies it: not a reason to end a path.
-    if (dot(next->direction, s.ng) * dot(wo, s.ng) < 0) index_scale_ *= square(dot(wo, s.ng) > 0 ? lobe.ior : 1 / lobe.ior);
+    if (transmitted) index_scale_ *= square(dot(wo, s.ng) > 0 ? lobe.ior : 1 / lobe.ior);
     return survives(v[3]) ? Next::kBounce : Next::kEnd;
   }
 
@@ -196,22 +208,26 @@ class CameraPath {
 
   // Direct light by samples of the lights. Returns a number of the sampler's that they have left.
   float add_direct_light(const SurfacePoint& s, const Bsdf& bsdf, const LobeChoice& choice, Vec3 wo, uint32_t bits) {
-    const auto samples = static_cast<float>(1u << bits);
     if (bits == 0) {
       const Sample4 u = sampler_.next();
-      if (bsdf.rough()) add_light_sample(s, bsdf, choice, wo, u, samples);
+      if (bsdf.rough()) add_light_sample(s, bsdf, choice, wo, u, 1, 1);
       return u[3];
     }
-    for (uint32_t i = 0; i < 1u << bits; ++i) add_light_sample(s, bsdf, choice, wo, sampler_.split(i, bits).next(), samples);
+    // Which of them comes first is random, so it may stand for all. It has to be one of these: earlier iterations, which tell that the
+    // pixel is dark, took points of the same sequence.
+    const uint32_t all = 1u << bits, taken = sample_.dark_iterations < kDarkIterations ? all : 1;
+    for (uint32_t i = 0; i < taken; ++i) add_light_sample(s, bsdf, choice, wo, sampler_.split(i, bits).next(), all, taken);
     sampler_.skip();
     return sampler_.next()[3];
   }
 
   // Each rough lobe shares the light with the direction that the path would take by that lobe.
-  void add_light_sample(const SurfacePoint& s, const Bsdf& bsdf, const LobeChoice& choice, Vec3 wo, const Sample4& u, float samples) {
+  //   all: how many samples the light's part of the heuristic's weight is for; taken: how many there are.
+  void add_light_sample(const SurfacePoint& s, const Bsdf& bsdf, const LobeChoice& choice, Vec3 wo, const Sample4& u, uint32_t all,
+                        uint32_t taken) {
     const auto light = scene_.lights.sample_direct(s.p, u);
     if (!light) return;
-    const float density = samples * light->pdf;
+    const float density = static_cast<float>(all) * light->pdf;
     Vec3 f;
     for (int i = 0; i < bsdf.count; ++i) {
       const Lobe& lobe = bsdf[i];
@@ -221,12 +237,12 @@ class CameraPath {
       f += value * (share_of_paths(lobe) * (light->delta ? 1.0f : mis_weight(density, other)));
     }
     if (is_black(f)) return;
-    const Vec3 value = beta_ * f * light->radiance * (std::abs(dot(light->wi, bsdf.at.frame.n)) / density);
+    const Vec3 value = beta_ * f * light->radiance * (std::abs(dot(light->wi, bsdf.at.frame.n)) / (static_cast<float>(taken) * light->pdf));
     Vec3& sum = waiting_ ? sample_.indirect : sample_.direct;
     if (light->casts_shadow)
       shadows_.add(light->end ? s.spawn_to(*light->end) : s.spawn(light->wi, light->distance), value, sum);
     else
-      sum += value;
+      shadows_.add_unshadowed(value, sum);
   }
 
   // Of a lamp's light that the lobe scatters toward the path, what photons do not carry to surfaces before.
@@ -306,7 +322,7 @@ void follow(const Scene& scene, std::vector<CameraPath>& paths, ShadowRays& shad
       if (going[i]->advance(hits[i])) going[kept++] = going[i];
     going.resize(kept);
     // So that a pixel's sum has the same order wherever the others are.
-    shadows.trace();
+    shadows.finish();
   }
 }
 
@@ -364,7 +380,6 @@ bool run_camera_pass(const Scene& scene, const PathSettings& settings, uint64_t 
     visit_tile(tile, camera.region_width, camera.region_height, [&](uint64_t x, uint64_t y) {
       const uint64_t pixel = y * camera.region_width + x;
       CameraSample& sample = samples.pixels[pixel];
-      sample.dark_iterations = is_black(sample.direct) ? std::min<uint8_t>(sample.dark_iterations, kDarkIterations - 1) + 1 : 0;
       if (is_finite(sample.direct + sample.indirect) && is_finite(sample.point.weight) && is_finite(sample.point.p)) return;
       sample = CameraSample{};
       std::erase_if(points.glossy, [&](const GlossyPoint& g) { return g.pixel == pixel; });

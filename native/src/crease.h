@@ -6,13 +6,14 @@
 #include <array>
 #include <cmath>
 
+#include "gatherer.h"
 #include "kernel.h"
 #include "pixel_spread.h"
 #include "vecmath.h"
 
 namespace sppm {
 
-// Lines in a tangent plane; the surface lies where dot(x, outward) <= end for each of them.
+// Lines in a tangent plane, on whose inner sides the surface lies.
 class Creases {
  public:
   // Adds the line in which the surface of a pixel near by meets the own one, if they look like two sides of a crease.
@@ -20,7 +21,7 @@ class Creases {
   void add(const PixelSpread& own, const TangentAxes& axes, const PixelSpread& other, const TangentAxes& other_axes, float footprint,
            float pixels) {
     const float turn = dot(axes.normal, other_axes.normal);
-    if (turn > kSameSurface || turn < -0.99f) return;
+    if (turn > Gatherer::kSameSurface || turn < kFolded) return;
     const Vec3 d = other.mean - own.mean;
     const float before_other = -dot(d, other_axes.normal), before_own = dot(d, axes.normal);
     // Inner edges have each in front of the other, outer ones behind; else one hides the other.
@@ -36,7 +37,7 @@ class Creases {
     const auto seen = [&](Vec3 v) { return length(v - sight * dot(v, sight)); };
     const float apart = seen(d);
     if (apart > (pixels + 1) * footprint || seen(outward * to_line) + seen(d - outward * to_line) > apart + footprint) return;
-    const Line found{outward, dot(own.mean, outward) + to_line, pixels};
+    const Line found{own.mean + outward * to_line, outward, pixels};
     for (int i = 0; i < count_; ++i)
       if (dot(lines_[i].outward, outward) > kSameLine) {
         if (found.pixels < lines_[i].pixels) lines_[i] = found;
@@ -50,7 +51,7 @@ class Creases {
   void check(const PixelSpread& own, const TangentAxes& axes, const PixelSpread& other, float footprint) {
     if (std::abs(dot(other.mean - own.mean, axes.normal)) > kMargin * footprint) return;
     for (int i = 0; i < count_;)
-      if (dot(other.mean, lines_[i].outward) > lines_[i].end + kMargin * footprint) {
+      if (dot(other.mean - lines_[i].point, lines_[i].outward) > kMargin * footprint) {
         lines_[i] = lines_[--count_];
       } else {
         ++i;
@@ -60,19 +61,24 @@ class Creases {
   // Share of a kernel's weight that lies on the surface.
   float share(const Kernel& kernel) const {
     float share = 1;
-    for (int i = 0; i < count_; ++i) share *= kernel.share_before(lines_[i].outward, lines_[i].end);
+    for (int i = 0; i < count_; ++i) share *= kernel.share_before(lines_[i].point, lines_[i].outward);
     return share;
+  }
+  // Whether a point of the plane belongs to the surface: beyond a thin wall the same floor goes on.
+  bool hold(Vec3 p) const {
+    for (int i = 0; i < count_; ++i)
+      if (dot(p - lines_[i].point, lines_[i].outward) > 0) return false;
+    return true;
   }
 
  private:
-  static constexpr float kSameSurface = 0.7f;  // as Gatherer has it
+  static constexpr float kFolded = -0.99f;  // sheets back to back, which no line tells
   static constexpr float kSameLine = 0.8f;
-  static constexpr float kMargin = 0.25f;  // in footprints
-  static constexpr int kMost = 2;  // as in the corner of a room
+  static constexpr float kMargin = 0.25f;   // in footprints
+  static constexpr int kMost = 2;           // as in the corner of a room
 
   struct Line {
-    Vec3 outward;
-    float end;
+    Vec3 point, outward;
     float pixels;
   };
 

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
+#include <optional>
 
 #include "gatherer.h"
 #include "pass_info.h"
@@ -12,7 +13,6 @@
 namespace sppm {
 namespace {
 
-constexpr uint64_t kGrain = 1024;
 // Positions carry about 24 bits; a search radius below a few of the last ones would select by rounding.
 constexpr float kSmallestRadiusUlps = 32 * 0x1p-23f;
 
@@ -24,11 +24,18 @@ struct Found {
   uint64_t dropped = 0, points = 0;
   float smallest_radius = 0;  // that all positions can tell
 
-  void ask(const VisiblePoint& vp, const Kernel& kernel, const std::vector<Lobe>& lobes, const PhotonMap& map, const Creases& creases,
-           float share, uint64_t paths) {
+  // `creases()` tells where the point's surface ends; it is asked only where there are photons.
+  template <typename FindCreases>
+  void ask(const VisiblePoint& vp, const Kernel& kernel, const std::vector<Lobe>& lobes, const PhotonMap& map, float share, uint64_t paths,
+           FindCreases creases) {
     Gatherer gatherer(vp, kernel, vp.lobe == VisiblePoint::kLambert ? nullptr : &lobes[vp.lobe]);
-    map.visit_within(kernel.region(), [&](const PhotonGroup& group, uint32_t lanes) { gatherer.add(group, lanes); });
-    gathered.add(gatherer.count(), gatherer.phi() * share, kernel.area() * static_cast<double>(creases.share(kernel)), paths);
+    const Creases* ends = nullptr;
+    map.visit_within(kernel.region(), [&](const PhotonGroup& group, uint32_t lanes) {
+      if (!ends) ends = &creases();
+      gatherer.add(group, lanes, [&](Vec3 p) { return ends->hold(p); });
+    });
+    const float on_surface = ends ? ends->share(kernel) : 1;
+    gathered.add(gatherer.count(), gatherer.phi() * share, kernel.area() * static_cast<double>(on_surface), paths);
     dropped += gatherer.dropped(), ++points;
     smallest_radius = std::max(smallest_radius, sppm::smallest_radius(vp.p));
   }
@@ -99,34 +106,41 @@ void Film::announce(const CameraSamples& samples, PhotonMaps& maps, const Photon
   });
 }
 
-uint64_t Film::update(const CameraSamples& samples, const PhotonMaps& maps, const PhotonRules& rules, uint64_t width,
+uint64_t Film::update(const Camera& camera, CameraSamples& samples, const PhotonMaps& maps, const PhotonRules& rules,
                       const Threads& threads) {
   add_data(samples, threads);
   ++iterations_;
-  const uint64_t height = pixels_.size() / width, tiles = tile_count(width, height);
+  const uint64_t width = camera.region_width, height = camera.region_height, tiles = tile_count(width, height);
   std::vector<uint64_t> dropped(tiles, 0);
   threads.for_each(tiles, [&](uint64_t tile) {
     const TilePoints& points = samples.tiles[tile];
     auto glossy = points.glossy.begin();
     visit_tile(tile, width, height, [&](uint64_t x, uint64_t y) {
       const uint64_t i = y * width + x;
-      const CameraSample& sample = samples.pixels[i];
+      CameraSample& sample = samples.pixels[i];
       Pixel& pixel = pixels_[i];
+      sample.dark_iterations = is_black(sample.direct) ? std::min<uint8_t>(sample.dark_iterations, 254) + 1 : 0;
       pixel.direct[0] += static_cast<double>(sample.direct.x);
       pixel.direct[1] += static_cast<double>(sample.direct.y);
       pixel.direct[2] += static_cast<double>(sample.direct.z);
       pixel.photons[kIndirect].add(sample.indirect);
       pixel.alpha += (sample.alpha - pixel.alpha) / static_cast<float>(iterations_);
       std::array<Found, kPhotonKinds> found;
-      const Creases near = pixel.spread.near_edge && sample.point.valid() ? creases(samples, x, y, width) : Creases{};
-      const auto ask = [&](const VisiblePoint& vp, const PixelEllipse& ellipse, const Creases& creases, size_t kind) {
+      std::optional<Creases> near;
+      const auto find_creases = [&]() -> const Creases& {
+        if (!near) near = pixel.spread.near_edge ? creases(camera, samples, x, y) : Creases{};
+        return *near;
+      };
+      const auto ask = [&](const VisiblePoint& vp, const PixelEllipse& ellipse, size_t kind, auto creases) {
         if (rules.paths[kind] == 0) return;
         const float share = kind == kCaustic ? vp.caustic_share : 1;
         const Kernel kernel(vp, ellipse, static_cast<float>(pixel.photons[kind].radius));
-        found[kind].ask(vp, kernel, points.lobes, maps[kind], creases, share, rules.paths[kind]);
+        found[kind].ask(vp, kernel, points.lobes, maps[kind], share, rules.paths[kind], creases);
       };
-      for (size_t kind = 0; kind < kPhotonKinds && sample.point.valid(); ++kind) ask(sample.point, sample.ellipse, near, kind);
-      for (; glossy != points.glossy.end() && glossy->pixel == i; ++glossy) ask(glossy->point, {}, {}, kCaustic);
+      for (size_t kind = 0; kind < kPhotonKinds && sample.point.valid(); ++kind) ask(sample.point, sample.ellipse, kind, find_creases);
+      const Creases none{};
+      for (; glossy != points.glossy.end() && glossy->pixel == i; ++glossy)
+        ask(glossy->point, {}, kCaustic, [&]() -> const Creases& { return none; });
       for (size_t kind = 0; kind < kPhotonKinds; ++kind) {
         const Found& f = found[kind];
         if (f.points == 0) continue;

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "camera_pass.h"
-#include "photon_pass.h"
 #include "crease.h"
+#include "photon_pass.h"
 #include "pixel_spread.h"
 #include "progressive.h"
 #include "sppm/sppm.h"
@@ -34,13 +34,15 @@ class Film {
 
   // Gives a pixel that has its first visible point its first radius: `initial_radius`, or by the pixel's footprint if 0.
   void start_radii(const Camera& camera, const CameraSamples& samples, double initial_radius, const Threads& threads);
-  // Tells visible points what their pixels saw in earlier iterations, so that they may stand for it, and adds them to that.
-  void use_spreads(CameraSamples& samples, uint64_t width, const Threads& threads);
+  // Tells visible points what their pixels saw in earlier iterations, so that they may stand for it, and where surfaces end.
+  void find_surfaces(const Camera& camera, CameraSamples& samples, const Threads& threads);
+  // Adds the visible points of an iteration that is done to what their pixels saw.
+  void learn_surfaces(const Camera& camera, const CameraSamples& samples, const Threads& threads);
   // Tells the maps where they will be asked.
   void announce(const CameraSamples& samples, PhotonMaps& maps, const PhotonRules& rules, const Threads& threads) const;
   // Ends an iteration: each pixel, alone, sums the photons around its visible point and chooses its next radii. Returns how many
   // contributions were left out because they were not finite.
-  uint64_t update(const CameraSamples& samples, const PhotonMaps& maps, const PhotonRules& rules, uint64_t width, const Threads& threads);
+  uint64_t update(const Camera& camera, CameraSamples& samples, const PhotonMaps& maps, const PhotonRules& rules, const Threads& threads);
   // Forgets all iterations.
   void clear();
   // Share of the pixels with a visible point that found at least `least` photons of a kind.
@@ -51,8 +53,10 @@ class Film {
   uint64_t memory() const;
 
  private:
+  static constexpr uint64_t kGrain = 1024;  // pixels that a thread takes at once
+
   void mark_edges(const std::vector<uint8_t>& edges, uint64_t width, const Threads& threads);
-  Creases creases(const CameraSamples& samples, uint64_t x, uint64_t y, uint64_t width) const;
+  Creases creases(const Camera& camera, const CameraSamples& samples, uint64_t x, uint64_t y) const;
   void limit_radii(const PhotonRules& rules, uint64_t width, const Threads& threads);
   void add_data(const CameraSamples& samples, const Threads& threads);
   void read_data(SppmPass pass, float* out) const;

@@ -13,8 +13,16 @@ class Gatherer {
       : vp_(vp), kernel_(kernel), lobe_(lobe), wo_(unpack_direction(vp.wo)),
         at_{unpack_direction(vp.ng), Frame(unpack_direction(vp.ns))}, flat_(vp.ng == vp.ns) {}
 
-  void add(const PhotonGroup& group, uint32_t lanes) {
-    for (; lanes != 0; lanes &= lanes - 1) add_one(group, static_cast<uint32_t>(__builtin_ctz(lanes)));
+  // Neighbouring photons belong to the same surface if its normal has turned by less than 45 degrees.
+  static constexpr float kSameSurface = 0.7f;
+
+  // `holds(p)` tells whether a place in the kernel counts.
+  template <typename Holds>
+  void add(const PhotonGroup& group, uint32_t lanes, Holds holds) {
+    for (; lanes != 0; lanes &= lanes - 1) {
+      const auto lane = static_cast<uint32_t>(__builtin_ctz(lanes));
+      if (holds(group.position(lane))) add_one(group, lane);
+    }
   }
 
   // Of what only colours above white make so bright that the sum is no float any more nothing is kept.
@@ -26,9 +34,6 @@ class Gatherer {
   uint64_t dropped() const { return dropped_ + !is_finite(sum_ * vp_.weight); }
 
  private:
-  // Neighbouring photons belong to the same surface if its normal has turned by less than 45 degrees.
-  static constexpr float kSameSurface = 0.7f;
-
   void add_one(const PhotonGroup& group, uint32_t lane) {
     const PackedDirection ng = group.ng[lane];
     if (ng != vp_.ng && dot(unpack_direction(ng), at_.ng) < kSameSurface) return;

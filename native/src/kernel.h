@@ -35,11 +35,12 @@ class Kernel {
   const Ellipsoid& region() const { return region_; }
   // [m^2] Weights have the mean 1 over it.
   double area() const { return M_PI * static_cast<double>(region_.across) * static_cast<double>(region_.along); }
-  // Of the weight, where dot(x, outward) <= end; at least a half, for the center is on the surface. `outward` is a unit vector in it.
-  float share_before(Vec3 outward, float end) const {
+  // Of the weight, before the line through `point` that `outward` is a normal of, a unit vector in the surface; at least a half, for the
+  // center is on the surface.
+  float share_before(Vec3 point, Vec3 outward) const {
     const float l = dot(outward, region_.axis);
     const float half_width = std::sqrt(square(region_.across) * std::max(0.0f, 1 - l * l) + square(region_.along * l));
-    const float x = std::max(0.0f, end - dot(region_.center, outward)) / half_width;
+    const float x = std::max(0.0f, dot(point - region_.center, outward)) / half_width;
     if (x >= 1) return 1;
     // Integrals of (1 - x^2)^(1/2) and, for the hill, (1 - x^2)^(7/2).
     const float y2 = 1 - x * x, y = std::sqrt(y2), flat = x * y + std::asin(x);

@@ -23,7 +23,7 @@ void store(PhotonMap::Block& block, const PhotonMap& map, const Photon& photon) 
 class PhotonPaths {
  public:
   PhotonPaths(const Scene& scene, const PathSettings& settings, const PhotonBatch& batch, const PhotonMaps& maps,
-             std::array<PhotonMap::Block*, kPhotonKinds> blocks, RayCounts& counts)
+              std::array<PhotonMap::Block*, kPhotonKinds> blocks, RayCounts& counts)
       : scene_(scene), settings_(settings), batch_(batch), maps_(maps), blocks_(blocks), counts_(counts) {}
 
   // Follows the paths [begin, end) of the sequence, many of them a ray at a time: while one waits for a division or for memory another

@@ -9,7 +9,9 @@ constexpr float kReach = 6;
 constexpr float kOffPlane = 0.25f;
 // Standard deviation of Blender's filter of 1.5 pixels, in footprints, and how many points it counts for.
 constexpr float kPriorSpread = 0.4f, kPriorPoints = 3;
-constexpr uint32_t kMostPoints = (1 << 14) - 1;
+// Standard deviation across of what a kernel may cover, in footprints.
+constexpr float kWidest = 0.95f;
+constexpr uint32_t kMostPoints = (1 << 12) - 1;
 
 // The coordinates that remain.
 constexpr int first_kept(uint32_t dropped) { return dropped == 0 ? 1 : 0; }
@@ -22,10 +24,11 @@ bool PixelSpread::near_plane(Vec3 p, const TangentAxes& axes, float footprint) c
   return std::abs(dot(d, axes.normal)) <= kOffPlane * footprint && dot(d, d) <= square(kReach * footprint / axes.cosine);
 }
 
-void PixelSpread::begin(const VisiblePoint& vp, const TangentAxes& axes, float footprint) {
+void PixelSpread::begin(const CameraSample& sample, const TangentAxes& axes, float footprint) {
   const Vec3 n = abs(axes.normal);
-  mean = vp.p;
-  normal = vp.ng;
+  mean = sample.point.p;
+  normal = sample.point.ng;
+  way = sample.way & 15;
   count = 1, others = 0;
   dropped = n.x >= n.y && n.x >= n.z ? 0 : n.y >= n.z ? 1 : 2;
   // A disk around the line of sight, cut by the surface.
@@ -37,21 +40,21 @@ void PixelSpread::begin(const VisiblePoint& vp, const TangentAxes& axes, float f
   uu = entry(u, u), uv = entry(u, v), vv = entry(v, v);
 }
 
-void PixelSpread::add(const VisiblePoint& vp, float footprint) {
-  const TangentAxes axes(vp);
-  if (!has(vp, axes, footprint)) {
+void PixelSpread::add(const CameraSample& sample, float footprint) {
+  const TangentAxes axes(sample.point);
+  if (!has(sample, axes, footprint)) {
     if (others < count) {
       ++others;
     } else {
-      begin(vp, axes, footprint);
+      begin(sample, axes, footprint);
     }
     return;
   }
   if (count == kMostPoints) count = kMostPoints / 2, others = others / 2;
   ++count;
-  const Vec3 before = vp.p - mean;
+  const Vec3 before = sample.point.p - mean;
   mean += before / static_cast<float>(count);
-  const Vec3 after = vp.p - mean;
+  const Vec3 after = sample.point.p - mean;
   const float share = 1 / (kPriorPoints + static_cast<float>(count));
   const int u = first_kept(dropped), v = second_kept(dropped);
   uu += (before[u] * after[u] - uu) * share;
@@ -59,7 +62,7 @@ void PixelSpread::add(const VisiblePoint& vp, float footprint) {
   vv += (before[v] * after[v] - vv) * share;
 }
 
-PixelEllipse PixelSpread::ellipse(const TangentAxes& axes) const {
+PixelEllipse PixelSpread::ellipse(const TangentAxes& axes, float footprint) const {
   // From the two coordinates to the plane: the normal tells the third.
   const Frame frame(axes.normal);
   const int u = first_kept(dropped), v = second_kept(dropped), w = static_cast<int>(dropped);
@@ -70,7 +73,8 @@ PixelEllipse PixelSpread::ellipse(const TangentAxes& axes) const {
   const float ss = su * su * uu + 2 * su * sv * uv + sv * sv * vv, tt = tu * tu * uu + 2 * tu * tv * uv + tv * tv * vv;
   const float st = su * tu * uu + (su * tv + sv * tu) * uv + sv * tv * vv;
   // Eigenvalues and the larger one's eigenvector.
-  const float half = 0.5f * (ss + tt), root = std::sqrt(square(0.5f * (ss - tt)) + st * st);
+  const float half = 0.5f * (ss + tt), root = std::hypot(0.5f * (ss - tt), st);
+  if (half - root > square(kWidest * footprint)) return {};
   const float angle = 0.5f * std::atan2(2 * st, ss - tt);
   const Vec3 axis = frame.s * std::cos(angle) + frame.t * std::sin(angle);
   return {mean, pack_direction(axis), std::sqrt(half + root), std::sqrt(std::max(half - root, 1e-4f * half))};

@@ -35,33 +35,35 @@ struct PixelSpread {
   PackedDirection normal = 0;  // where the first point was
   // Covariance matrix of the two coordinates that a plane with the first point's normal is best told by [m^2].
   float uu = 0, uv = 0, vv = 0;
-  uint32_t count : 14 = 0;     // points on this surface, since the pixel chose it; both counts forget the oldest points in the end
-  uint32_t others : 14 = 0;    // points elsewhere
+  uint32_t count : 12 = 0;     // points on this surface, since the pixel chose it; both counts forget the oldest points in the end
+  uint32_t others : 12 = 0;    // points elsewhere
+  uint32_t way : 4 = 0;        // by which it is seen: `CameraSample::way`
   uint32_t dropped : 2 = 0;    // the third coordinate
   uint32_t edge : 1 = 0;       // the surface ends at a neighbour
   uint32_t near_edge : 1 = 0;  // or a few pixels away
 
-  // Whether the point belongs to the same surface; `footprint` is a pixel's size there [m].
-  bool has(const VisiblePoint& vp, const TangentAxes& axes, float footprint) const {
-    return count > 0 && near_plane(vp.p, axes, footprint) && dot(axes.normal, unpack_direction(normal)) > kSameNormal;
+  // Whether the sample's point belongs to the same surface and is seen by the same way; `footprint` is a pixel's size there [m].
+  bool has(const CameraSample& sample, const TangentAxes& axes, float footprint) const {
+    return count > 0 && sample.way == way && near_plane(sample.point.p, axes, footprint) &&
+           dot(axes.normal, unpack_direction(normal)) > kSameNormal;
   }
 
-  // Whether the surface goes on to a neighbouring pixel.
+  // Whether the surface goes on to a neighbouring pixel, seen by the same way.
   bool reaches(const PixelSpread& neighbor, const TangentAxes& axes, float footprint) const {
-    return neighbor.count > 0 && near_plane(neighbor.mean, axes, footprint);
+    return neighbor.count > 0 && neighbor.way == way && near_plane(neighbor.mean, axes, footprint);
   }
 
-  // What a point of the surface may stand for.
-  PixelEllipse ellipse(const TangentAxes& axes) const;
+  // What a point of the surface may stand for: nothing where the pixel sees more of it than edges are looked for, as out of focus.
+  PixelEllipse ellipse(const TangentAxes& axes, float footprint) const;
 
   // The majority of its points decides which surface is the pixel's (Boyer and Moore 1981).
-  void add(const VisiblePoint& vp, float footprint);
+  void add(const CameraSample& sample, float footprint);
 
  private:
   static constexpr float kSameNormal = 0.9f;
 
   bool near_plane(Vec3 p, const TangentAxes& axes, float footprint) const;
-  void begin(const VisiblePoint& vp, const TangentAxes& axes, float footprint);
+  void begin(const CameraSample& sample, const TangentAxes& axes, float footprint);
 };
 
 }  // namespace sppm

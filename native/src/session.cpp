@@ -126,13 +126,14 @@ void Session::iterate(SppmProgress& done) {
   path_.ask_at_glossy = scene_->lights.any_small() && std::ranges::any_of(batches, [](const PhotonBatch& b) {
     return b.emission == Emission::kSpecular;
   });
+  // Where something moves a pixel's points of other times lie elsewhere.
+  const bool knows_surfaces = settings_.radius_rule == SPPM_RADIUS_DENSITY && !scene_->moves() && !batches.empty();
   RayCounts camera;
   {
     const Stopwatch watch(done.seconds_camera);
     check_cancelled(run_camera_pass(*scene_, path_, iteration_, threads_, cancel_, samples_, camera));
     film_.start_radii(scene_->camera, samples_, settings_.initial_radius, threads_);
-    // Where something moves a pixel's points of other times lie elsewhere.
-    if (settings_.radius_rule == SPPM_RADIUS_DENSITY && !scene_->moves()) film_.use_spreads(samples_, size_[0], threads_);
+    if (knows_surfaces) film_.find_surfaces(scene_->camera, samples_, threads_);
   }
   std::vector<RayCounts> counts(batches.size());
   if (!batches.empty()) {
@@ -149,7 +150,8 @@ void Session::iterate(SppmProgress& done) {
   }
   const Stopwatch watch(done.seconds_gather);
   shrink_ *= RadiusRule::step(iteration_ + 1, settings_.gamma);
-  done.dropped_samples += film_.update(samples_, maps_, rules(batches), size_[0], threads_);
+  done.dropped_samples += film_.update(scene_->camera, samples_, maps_, rules(batches), threads_);
+  if (knows_surfaces) film_.learn_surfaces(scene_->camera, samples_, threads_);
   if (iteration_ == 0) plan_budget(camera, batches, counts);
   ++iteration_;
   for (const PhotonBatch& b : batches) emitted_[static_cast<size_t>(b.emission)] += b.count, done.photons_emitted += b.count;

@@ -51,7 +51,8 @@ struct CameraSample {
   Vec3 direct;        // emission, environment and direct light up to the visible point
   Vec3 indirect;      // light that paths bring to the visible point from other surfaces
   float alpha = 1;
-  uint8_t dark_iterations = 0;  // before this one, without direct light
+  uint8_t dark_iterations = 0;  // without direct light, until now, of those that are done
+  uint8_t way = 0;  // a hash of 4 bits of where the path to the point was reflected and where transmitted
 };
 
 }  // namespace sppm

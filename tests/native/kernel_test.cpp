@@ -2,35 +2,13 @@
 
 #include <cmath>
 
-#include "pixel_spread.h"
-#include "sampling.h"
+#include "seen.h"
 
 #include <doctest/doctest.h>
 
 using namespace sppm;
 
 namespace {
-
-constexpr float kFootprint = 0.01f;
-
-VisiblePoint seen(Vec3 p, Vec3 normal = {0, 0, 1}, Vec3 wo = {0, 0, 1}) {
-  VisiblePoint vp;
-  vp.p = p;
-  vp.ng = vp.ns = pack_direction(normal);
-  vp.wo = pack_direction(normalize(wo));
-  vp.weight = splat(1);
-  return vp;
-}
-
-// A pixel that saw points of z = 0 around `middle`, uniform in a rectangle of these sides.
-PixelSpread rectangle(Vec3 middle, float x, float y, Vec3 wo, int points = 4096) {
-  PixelSpread spread;
-  for (int i = 0; i < points; ++i) {
-    const Sample4 u = Sampler(7, static_cast<uint64_t>(i)).next();
-    spread.add(seen(middle + Vec3{(u[0] - 0.5f) * x, (u[1] - 0.5f) * y, 0}, {0, 0, 1}, wo), kFootprint);
-  }
-  return spread;
-}
 
 // Calls visit(d, weight) for places at d from the kernel's center in the plane z = 0; the weights are shares of its area.
 template <typename Visit>
@@ -48,7 +26,7 @@ void integrate(const Kernel& kernel, Visit visit) {
 }  // namespace
 
 TEST_CASE("a kernel's weights have the mean 1 over its area, and the variances it was made for") {
-  VisiblePoint vp = seen({1, 2, 3});
+  const VisiblePoint vp = seen({1, 2, 3}).point;
   const PixelEllipse tilted{{1, 2, 3}, pack_direction(normalize(Vec3{3, 4, 0})), 0.03f, 0.01f};
   struct Case {
     PixelEllipse ellipse;
@@ -70,19 +48,6 @@ TEST_CASE("a kernel's weights have the mean 1 over its area, and the variances i
   }
 }
 
-TEST_CASE("a pixel's spread is the mean and the variances of its points") {
-  const Vec3 middle{5, -3, 0}, wo = normalize(Vec3{0, 1, 1});
-  const PixelSpread spread = rectangle(middle, 0.01f, 0.02f, wo);
-  CHECK(spread.count == 4096);
-  CHECK(length(spread.mean - middle) < 1e-5f);
-  const VisiblePoint vp = seen(middle + Vec3{0.002f, 0.004f, 0}, {0, 0, 1}, wo);
-  const PixelEllipse e = spread.ellipse(TangentAxes(vp));
-  CHECK(e.center == spread.mean);
-  CHECK(std::abs(dot(unpack_direction(e.axis), Vec3{0, 1, 0})) == doctest::Approx(1));
-  CHECK(e.along == doctest::Approx(0.02 / std::sqrt(12.0)).epsilon(0.01));
-  CHECK(e.across == doctest::Approx(0.01 / std::sqrt(12.0)).epsilon(0.01));
-}
-
 TEST_CASE("toward the horizon kernel and camera samples together cover the pixel") {
   const Vec3 wo = normalize(Vec3{0, 1, 0.05f});
   const PixelSpread spread = rectangle({0, 0, 0}, 0.01f, 0.1f, wo);
@@ -90,27 +55,12 @@ TEST_CASE("toward the horizon kernel and camera samples together cover the pixel
     double centers = 0, kernel_variance = 0;
     constexpr int kPoints = 1000;
     for (int i = 0; i < kPoints; ++i) {
-      const VisiblePoint vp = seen({0, (static_cast<float>(i) + 0.5f) * 0.1f / kPoints - 0.05f, 0}, {0, 0, 1}, wo);
-      const Kernel kernel(vp, spread.ellipse(TangentAxes(vp)), radius);
+      const VisiblePoint vp = seen({0, (static_cast<float>(i) + 0.5f) * 0.1f / kPoints - 0.05f, 0}, {0, 0, 1}, wo).point;
+      const Kernel kernel(vp, spread.ellipse(TangentAxes(vp), kFootprint), radius);
       centers += static_cast<double>(square(kernel.region().center.y)) / kPoints;
       if (i > 0) continue;
       integrate(kernel, [&](Vec3 d, double weight) { kernel_variance += weight * static_cast<double>(square(d.y)); });
     }
     CHECK(std::sqrt(centers + kernel_variance) == doctest::Approx(0.1 / std::sqrt(12.0)).epsilon(0.03));
   }
-}
-
-TEST_CASE("only points of one surface make a pixel's spread, and the majority tells which") {
-  PixelSpread spread = rectangle({0, 0, 0}, 0.01f, 0.01f, {0, 0, 1}, 100);
-  const auto has = [&](const VisiblePoint& vp) { return spread.has(vp, TangentAxes(vp), kFootprint); };
-  CHECK(has(seen({0.004f, 0, 0})));
-  CHECK_FALSE(has(seen({0.004f, 0, 0.005f})));        // above it
-  CHECK_FALSE(has(seen({0.001f, 0, 0}, {1, 0, 0})));  // of a wall there
-  CHECK_FALSE(has(seen({0.1f, 0, 0})));               // far away
-  CHECK_FALSE(PixelSpread{}.has(seen({}), TangentAxes(seen({})), kFootprint));
-  for (int i = 0; i < 100; ++i) spread.add(seen({0, 0, 1}), kFootprint);
-  CHECK(has(seen({})));
-  spread.add(seen({0, 0, 1}), kFootprint);
-  CHECK_FALSE(has(seen({})));
-  CHECK(has(seen({0, 0, 1})));
 }

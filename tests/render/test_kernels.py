@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scenes import Scene, at, box, diffuse, emission, floor, glass, look_at, render
+from scenes import Scene, at, box, diffuse, emission, floor, glass, look_at, quad, render
 from sppm.scene_desc import LightType
 
 
@@ -26,6 +26,17 @@ def test_creases_take_no_light(inner):
     ratio = blocks(np.mean(pictures, 0), 4) / (albedo**2 / (1 - albedo))
     assert abs(ratio.mean() - 1) < 0.02  # it is 0.95 and 0.96 where disks count all of their area
     assert 0.85 < ratio.min() and ratio.max() < 1.1  # 0.67 and 0.75
+
+
+def test_a_sheet_on_a_floor_that_goes_on_behind_it():
+    """What lies beyond a crease counts neither as area nor as photons: the floor behind a thin wall is the same plane."""
+    scene = Scene().add(box((-1, -1, -1), (1, 1, 1)), diffuse(0.5), emission(1))
+    sheet = quad(((-0.6, 0.2, -1), (0.6, 0.2, -1), (0.6, 0.2, -0.2), (-0.6, 0.2, -0.2)))
+    scene.add(sheet, diffuse(0.5), emission(1)).camera(look_at((0, -0.6, -0.4), (0, 0.2, -0.95)), 0.4, 32)
+    pictures = [render(scene, "Indirect", iterations=24, photons_per_iteration=8000, indirect="PHOTONS", seed=seed)[..., 0]
+                for seed in range(12)]
+    ratio = np.mean(pictures, 0).mean(1) / 0.5  # a row of pixels sees the same distance from the foot
+    assert 0.93 < ratio.min() and ratio.max() < 1.08  # 0.76 where the area counts, 1.18 where only photons do
 
 
 def lit_through_a_pane(tilt):

@@ -293,7 +293,8 @@ typedef enum SppmPass {
   SPPM_PASS_INDIRECT = 4, /* 3: light that other surfaces scattered before, by photons or by paths, less what is in CAUSTICS */
   SPPM_PASS_CAUSTICS = 5, /* 3: photons that reached a diffuse surface by specular ones only; what is rough counts with the share that
                               photons carry of it, or, without `aim_photons`, all */
-  SPPM_PASS_RADIUS = 6,   /* 1: search radius of the caustic photons [m] where the pixel has one, else of the others */
+  SPPM_PASS_RADIUS = 6,   /* 1: search radius of the caustic photons [m] where the pixel has one, else of the others; by DENSITY a pixel's
+                              filter may ask for more */
   SPPM_PASS_PHOTONS = 7,  /* 1: photons found of both kinds; under the PROGRESSIVE rule as that counts them */
   SPPM_PASS_POSITION = 8, /* 3: of the visible surface plus `origin` [m] */
   SPPM_PASS_UV = 9,       /* 3: of the visible surface: u, v, 1; 0 where its mesh has none */
@@ -319,7 +320,8 @@ typedef enum SppmIndirect {
 /* How the search radius of a pixel shrinks from one iteration to the next. */
 typedef enum SppmRadiusRule {
   SPPM_RADIUS_PROGRESSIVE = 0, /* r'^2 = r^2 (N + gamma M) / (N + M), M photons found in the iteration and N kept before */
-  SPPM_RADIUS_DENSITY = 1,     /* by the density of photons found before, times what PASS_INDEXED shrinks it by */
+  SPPM_RADIUS_DENSITY = 1,     /* by the density of photons found before, times what PASS_INDEXED shrinks it by, but over no less than the
+                                  pixel's filter where it sees one surface and nothing moves */
   SPPM_RADIUS_PASS_INDEXED = 2 /* r'^2 = r^2 (i + gamma) / (i + 1) after iteration i, whatever was found */
 } SppmRadiusRule;
 
