@@ -44,7 +44,7 @@ struct Found {
 void announce(PhotonMap& map, const Kernel& kernel) { map.announce(kernel.region().center, kernel.region().along); }
 
 // How much wider than its neighbour's a pixel's disk may be, in footprints a pixel.
-constexpr float kWidening = 0.25f;
+constexpr float kWidening = 0.125f;
 
 // Lowers a row to the least of its neighbouring row's values plus their distance.
 void lower_by_row(float* row, const float* neighbor, uint64_t width, float slope) {
@@ -72,12 +72,14 @@ void spread_least(std::vector<float>& values, uint64_t width, uint64_t height, f
 
 Film::Film(uint64_t pixels, const DataPasses& data) : pixels_(pixels), passes_(data), data_(pixels * data.size()) {}
 
-void Film::start_radii(const Camera& camera, const CameraSamples& samples, double initial_radius, const Threads& threads) {
+void Film::start_radii(const Camera& camera, const CameraSamples& samples, double initial_radius, const PhotonRules& rules,
+                       const Threads& threads) {
   const auto start = [&](Pixel& pixel, const VisiblePoint& vp) {
     if (pixel.footprint > 0) return;
     const double footprint = initial_radius > 0 ? initial_radius / kFirstRadius : static_cast<double>(camera.footprint(vp.path_length));
     pixel.footprint = std::max(static_cast<float>(footprint), std::numeric_limits<float>::min());
-    for (PhotonEstimate& e : pixel.photons) e.radius = std::max(kFirstRadius * footprint, static_cast<double>(smallest_radius(vp.p)));
+    for (size_t kind = 0; kind < kPhotonKinds; ++kind)
+      pixel.photons[kind].radius = std::max(rules.radius[kind].widest * footprint, static_cast<double>(smallest_radius(vp.p)));
   };
   threads.for_blocks(pixels_.size(), kGrain, [&](uint64_t begin, uint64_t end) {
     for (uint64_t i = begin; i < end; ++i) {
@@ -144,12 +146,12 @@ uint64_t Film::update(const Camera& camera, CameraSamples& samples, const Photon
       for (size_t kind = 0; kind < kPhotonKinds; ++kind) {
         const Found& f = found[kind];
         if (f.points == 0) continue;
-        pixel.photons[kind].update(f.gathered, rules.radius, static_cast<double>(pixel.footprint), f.smallest_radius);
+        pixel.photons[kind].update(f.gathered, rules.radius[kind], static_cast<double>(pixel.footprint), f.smallest_radius);
         dropped[tile] += f.dropped;
       }
     });
   });
-  if (rules.radius.rule == SPPM_RADIUS_DENSITY) limit_radii(rules, width, threads);
+  if (rules.radius[kIndirect].rule == SPPM_RADIUS_DENSITY) limit_radii(rules, width, threads);
   return std::accumulate(dropped.begin(), dropped.end(), uint64_t{0});
 }
 

@@ -24,7 +24,7 @@ struct Pixel {
 
 // How an iteration ends for each kind of photons.
 struct PhotonRules {
-  RadiusRule radius;
+  std::array<RadiusRule, kPhotonKinds> radius;
   std::array<uint64_t, kPhotonKinds> paths{};  // sent in this iteration
 };
 
@@ -32,8 +32,9 @@ class Film {
  public:
   Film(uint64_t pixels, const DataPasses& data);
 
-  // Gives a pixel that has its first visible point its first radius: `initial_radius`, or by the pixel's footprint if 0.
-  void start_radii(const Camera& camera, const CameraSamples& samples, double initial_radius, const Threads& threads);
+  // Gives a pixel that has its first visible point its first radii: `initial_radius`, or by the pixel's footprint if 0.
+  void start_radii(const Camera& camera, const CameraSamples& samples, double initial_radius, const PhotonRules& rules,
+                   const Threads& threads);
   // Tells visible points what their pixels saw in earlier iterations, so that they may stand for it, and where surfaces end.
   void find_surfaces(const Camera& camera, CameraSamples& samples, const Threads& threads);
   // Adds the visible points of an iteration that is done to what their pixels saw.

@@ -22,7 +22,8 @@ struct RadiusRule {
   double gamma = 0.7;      // PROGRESSIVE: share of the new photons that is kept; the others: see `step`
   double shrink = 1;       // DENSITY and PASS_INDEXED: r^2 of this iteration over that of the first
   double wanted = 10;      // DENSITY: photons in the first iteration's disk, were there as many paths as pixels
-  double narrowest = 0.35; // DENSITY: least radius of the first iteration, in footprints; the largest is kFirstRadius
+  double narrowest = 0.35; // DENSITY: least radius of the first iteration, in footprints
+  double widest = kFirstRadius;  // the largest; for the others the radius
   uint64_t pixels = 1;
 
   // Knaus and Zwicker 2011: r^2 of iteration i + 1 over that of iteration i, i from 1.
@@ -74,13 +75,13 @@ struct PhotonEstimate {
       return;
     }
     count += m;
-    double next = kFirstRadius * footprint * std::sqrt(rule.shrink);
+    double next = rule.widest * footprint * std::sqrt(rule.shrink);
     if (rule.rule == SPPM_RADIUS_DENSITY) {
       // Only photons of earlier iterations decide, so an iteration's radius does not depend on what it will find.
       const double per_area = count / searched * static_cast<double>(rule.pixels);
       const double wanted = std::sqrt(rule.wanted * rule.shrink / (M_PI * per_area));  // infinite where none was found
       const double limit = footprint * std::sqrt(rule.shrink);
-      next = std::clamp(wanted, rule.narrowest * limit, kFirstRadius * limit);
+      next = std::clamp(wanted, rule.narrowest * limit, rule.widest * limit);
     }
     radius = std::max(next, smallest);
   }

@@ -47,6 +47,9 @@ const SppmSettings& checked(const SppmSettings& s) {
 // Photons and camera paths should take about the same time; beyond these shares of the pixels neither helps the other.
 constexpr double kFewestPhotons = 1.0 / 16, kMostPhotons = 16;
 
+// Caustics have finer detail than other indirect light: their first radius by DENSITY, in footprints.
+constexpr double kCausticRadius = 1.75;
+
 // AUTO: photons serve where most pixels find this many of them in their first disk.
 constexpr double kEnoughPhotons = 3, kEnoughPixels = 0.6;
 
@@ -132,7 +135,7 @@ void Session::iterate(SppmProgress& done) {
   {
     const Stopwatch watch(done.seconds_camera);
     check_cancelled(run_camera_pass(*scene_, path_, iteration_, threads_, cancel_, samples_, camera));
-    film_.start_radii(scene_->camera, samples_, settings_.initial_radius, threads_);
+    film_.start_radii(scene_->camera, samples_, settings_.initial_radius, rules(batches), threads_);
     if (knows_surfaces) film_.find_surfaces(scene_->camera, samples_, threads_);
   }
   std::vector<RayCounts> counts(batches.size());
@@ -168,10 +171,13 @@ PhotonRules Session::rules(std::span<const PhotonBatch> batches) const {
     if (b.emission != Emission::kRest) rules.paths[kCaustic] += b.count;
     rules.paths[kIndirect] += b.count;
   }
-  rules.radius.rule = static_cast<SppmRadiusRule>(settings_.radius_rule);
-  rules.radius.gamma = settings_.gamma;
-  rules.radius.shrink = shrink_;
-  rules.radius.pixels = pixels();
+  for (RadiusRule& radius : rules.radius) {
+    radius.rule = static_cast<SppmRadiusRule>(settings_.radius_rule);
+    radius.gamma = settings_.gamma;
+    radius.shrink = shrink_;
+    radius.pixels = pixels();
+  }
+  if (settings_.radius_rule == SPPM_RADIUS_DENSITY && !(settings_.initial_radius > 0)) rules.radius[kCaustic].widest = kCausticRadius;
   return rules;
 }
 
