@@ -44,7 +44,7 @@ struct Found {
 void announce(PhotonMap& map, const Kernel& kernel) { map.announce(kernel.region().center, kernel.region().along); }
 
 // How much wider than its neighbour's a pixel's disk may be, in footprints a pixel.
-constexpr float kWidening = 0.125f;
+constexpr std::array<float, kPhotonKinds> kWidening{0.125f, 0.25f};
 
 // Lowers a row to the least of its neighbouring row's values plus their distance.
 void lower_by_row(float* row, const float* neighbor, uint64_t width, float slope) {
@@ -166,7 +166,7 @@ void Film::limit_radii(const PhotonRules& rules, uint64_t width, const Threads& 
       const Pixel& p = pixels_[i];
       radii[i] = p.footprint > 0 ? static_cast<float>(p.photons[kind].radius) / p.footprint : kInfinity;
     }
-    spread_least(radii, width, height, kWidening);
+    spread_least(radii, width, height, kWidening[kind]);
     for (size_t i = 0; i < radii.size(); ++i) {
       double& radius = pixels_[i].photons[kind].radius;
       if (radii[i] < kInfinity) radius = std::min(radius, static_cast<double>(radii[i] * pixels_[i].footprint));
