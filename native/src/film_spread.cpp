@@ -88,7 +88,7 @@ Creases Film::creases(const Camera& camera, const CameraSamples& samples, uint64
     if (other.normal == spread.normal || !sample.point.valid()) return;
     const TangentAxes other_axes(sample.point);
     if (!other.has(sample, other_axes, camera.footprint(sample.point.path_length))) return;
-    found.add(spread, axes, other, other_axes, footprint, std::hypot(static_cast<float>(dx), static_cast<float>(dy)));
+    found.add(spread, axes, other, other_axes, footprint, std::sqrt(static_cast<float>(dx * dx + dy * dy)));
   });
   if (found.any()) visit([&](size_t i, int64_t, int64_t) { found.check(spread, axes, pixels_[i].spread, footprint); });
   return found;

@@ -73,7 +73,7 @@ PixelEllipse PixelSpread::ellipse(const TangentAxes& axes, float footprint) cons
   const float ss = su * su * uu + 2 * su * sv * uv + sv * sv * vv, tt = tu * tu * uu + 2 * tu * tv * uv + tv * tv * vv;
   const float st = su * tu * uu + (su * tv + sv * tu) * uv + sv * tv * vv;
   // Eigenvalues and the larger one's eigenvector.
-  const float half = 0.5f * (ss + tt), root = std::hypot(0.5f * (ss - tt), st);
+  const float half = 0.5f * (ss + tt), root = std::sqrt(square(0.5f * (ss - tt)) + st * st);
   if (half - root > square(kWidest * footprint)) return {};
   const float angle = 0.5f * std::atan2(2 * st, ss - tt);
   const Vec3 axis = frame.s * std::cos(angle) + frame.t * std::sin(angle);
