@@ -9,14 +9,13 @@ the picture is from the first build's.
 
 import argparse
 import statistics
-import time
 from contextlib import ExitStack
 from pathlib import Path
 
-import environment
 import jobs
 import numpy as np
 from sppm import native
+from turns import in_turns, median_ratio
 
 _WARM_UP = 4  # iterations that are not counted: the first ones find their radii and fill caches
 
@@ -24,12 +23,10 @@ _WARM_UP = 4  # iterations that are not counted: the first ones find their radii
 def main():
     options = _options()
     for name in options.scenes:
-        desc_path = environment.OUT / "scenes" / f"{name}-{options.resolution}.pickle"
-        desc_path.parent.mkdir(parents=True, exist_ok=True)
-        desc = jobs.export(environment.scene_file(name), options.resolution, 1, desc_path)
+        desc, _ = jobs.export(name, options.resolution, 1)
         times, pictures = _run(desc, options.libraries, options.turns)
         for library, own, picture in zip(options.libraries, times, pictures):
-            ratio = statistics.median(mine / first for mine, first in zip(own, times[0]))
+            ratio = median_ratio(own, times[0])
             apart = np.sqrt(np.mean((picture - pictures[0]) ** 2)) / np.mean(pictures[0])
             milliseconds = 1e3 * statistics.median(own)
             print(f"{name:16} {library.name:24} {milliseconds:8.1f} ms   ratio {ratio:.3f}   apart {apart:.1e}", flush=True)
@@ -41,15 +38,9 @@ def _run(desc, libraries, turns):
     with ExitStack() as stack:
         scenes = [stack.enter_context(native.Scene(desc, library_path=library)) for library in libraries]
         sessions = [stack.enter_context(native.Session(scene, settings)) for scene in scenes]
-        times = [[] for _ in libraries]
-        for turn in range(_WARM_UP + turns):
-            order = list(zip(sessions, times))
-            for session, own in order if turn % 2 else reversed(order):
-                begin = time.process_time()
-                session.step()
-                own.append(time.process_time() - begin)
+        times = in_turns(sessions, turns, warm_up=_WARM_UP)
         pictures = [session.read_pass("Combined").astype(np.float64) for session in sessions]
-    return [own[_WARM_UP:] for own in times], pictures
+    return times, pictures
 
 
 def _options():

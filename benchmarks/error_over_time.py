@@ -26,9 +26,8 @@ def run(options):
 
 def _run_scene(name, options, results):
     """All renders of one scene that are not there yet; what the reference tells of itself."""
-    blend, desc_path = scene_file(name), OUT / "scenes" / f"{name}-{options.resolution}.pickle"
-    desc_path.parent.mkdir(parents=True, exist_ok=True)
-    desc = jobs.export(blend, options.resolution, options.threads, desc_path)
+    blend = scene_file(name)
+    desc, desc_path = jobs.export(name, options.resolution, options.threads)
     truth, told = reference(name, blend, desc, options.reference_seconds, options.threads)
     place = {"blend": blend, "desc_path": desc_path, "resolution": options.resolution, "threads": options.threads}
     if options.cross_check and not truth.caustic.any():

@@ -9,7 +9,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from environment import OUT, STAGE, blender_command
+from environment import OUT, STAGE, blender_command, scene_file
 
 _HERE = Path(__file__).resolve().parent
 _SLACK_SECONDS = 600  # of a process beyond its budget: start, export, and iterations that take longer than the budget
@@ -23,11 +23,13 @@ class CannotExpressError(ValueError):
     """The scene has something that the renderer has not."""
 
 
-def export(blend, resolution, threads, output):
-    """Writes the scene as it is exported (a pickled SceneDesc) to `output`, and returns it."""
-    job = {"action": "export", "blend": str(blend), "resolution": resolution, "threads": threads, "output": str(output)}
+def export(name, resolution, threads):
+    """A scene of blend_scenes: (SceneDesc, the file that it is pickled in)."""
+    output = OUT / "scenes" / f"{name}-{resolution}.pickle"
+    output.parent.mkdir(parents=True, exist_ok=True)
+    job = {"action": "export", "blend": str(scene_file(name)), "resolution": resolution, "threads": threads, "output": str(output)}
     _run([*blender_command("system"), str(_HERE / "blender_run.py")], job, 0.0)
-    return load_desc(output)
+    return load_desc(output), output
 
 
 def load_desc(path):

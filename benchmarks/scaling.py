@@ -26,6 +26,7 @@ import numpy as np
 import scaling_scenes
 from markdown_table import table_head, table_row
 from sppm import native
+from turns import in_turns, median_ratio
 from variants import VARIANTS
 
 _SCENES = ("cornell_glass", "pool")  # a closed room and an open one, both with caustics
@@ -76,33 +77,14 @@ def _memory(name):
     return 1024 * next(int(line.split()[1]) for line in lines if line.startswith(name))
 
 
-def in_turns(sessions, turns, clock=time.process_time):
-    """Seconds of each of `turns` iterations of each session, after one that is not counted."""
-    times = [[] for _ in sessions]
-    for turn in range(1 + turns):
-        order = list(zip(sessions, times))
-        for session, own in order if turn % 2 else reversed(order):
-            begin = clock()
-            session.step()
-            own.append(clock() - begin)
-    return [own[1:] for own in times]
-
-
 def _clocks():
     """Seconds by the wall's clock and of CPU time."""
     return np.array([time.perf_counter(), time.process_time()])
 
 
-def median_ratio(times, firsts):
-    """Of times to those of the same turn."""
-    return statistics.median(mine / first for mine, first in zip(times, firsts))
-
-
 def exported(name):
     """A scene of blend_scenes, as SceneDesc."""
-    path = environment.OUT / "scenes" / f"{name}-{_SIZE}.pickle"
-    path.parent.mkdir(parents=True, exist_ok=True)
-    return jobs.export(environment.scene_file(name), _SIZE, 1, path)
+    return jobs.export(name, _SIZE, 1)[0]
 
 
 # ---------------------------------------------------------------- tables

@@ -25,10 +25,8 @@ def run(scenes, resolution, threads):
 
 
 def _split(name, resolution, threads):
-    blend, desc_path = scene_file(name), OUT / "scenes" / f"{name}-{resolution}.pickle"
-    desc_path.parent.mkdir(parents=True, exist_ok=True)
-    desc = jobs.export(blend, resolution, threads, desc_path)
-    _, told = jobs.render(VARIANTS["sppm"], blend, desc_path, resolution, threads, _SECONDS, 1, desc_path.with_suffix(".npy"))
+    desc, desc_path = jobs.export(name, resolution, threads)
+    _, told = jobs.render(VARIANTS["sppm"], scene_file(name), desc_path, resolution, threads, _SECONDS, 1, desc_path.with_suffix(".npy"))
     progress = told["progress"]
     rays = sum(progress[f"rays_{kind}"] for kind in ("camera", "shadow", "photon"))
     bare = replay(desc, {})

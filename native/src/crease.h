@@ -18,8 +18,7 @@ class Creases {
  public:
   // Adds the line in which the surface of a pixel near by meets the own one, if they look like two sides of a crease.
   //   pixels: distance of both pixels in the picture.
-  void add(const PixelSpread& own, const TangentAxes& axes, const PixelSpread& other, const TangentAxes& other_axes, float footprint,
-           float pixels) {
+  void add(const PixelSpread& own, const TangentAxes& axes, const PixelSpread& other, const TangentAxes& other_axes, float pixels) {
     const float turn = dot(axes.normal, other_axes.normal);
     if (turn > Gatherer::kSameSurface || turn < kFolded) return;
     const Vec3 d = other.mean - own.mean;
@@ -30,13 +29,14 @@ class Creases {
     const Vec3 across = (other_axes.normal - axes.normal * turn) / sine;  // unit, in the own plane
     const Vec3 outward = before_other > 0 ? -across : across;
     // Only straight across: the other surface may not go on along the line.
-    if (std::abs(dot(d, cross(axes.normal, outward))) > footprint / std::min(axes.cosine, other_axes.cosine)) return;
+    if (std::abs(dot(d, cross(axes.normal, outward))) > axes.footprint / std::min(axes.cosine, other_axes.cosine)) return;
     // The line is seen between both, or else the nearer surface hides that they do not meet.
     const float to_line = std::abs(before_other) / sine;
     const Vec3 sight = axes.sight();
     const auto seen = [&](Vec3 v) { return length(v - sight * dot(v, sight)); };
     const float apart = seen(d);
-    if (apart > (pixels + 1) * footprint || seen(outward * to_line) + seen(d - outward * to_line) > apart + footprint) return;
+    if (apart > (pixels + 1) * axes.footprint) return;
+    if (seen(outward * to_line) + seen(d - outward * to_line) > apart + axes.footprint) return;
     const Line found{own.mean + outward * to_line, outward, pixels};
     for (int i = 0; i < count_; ++i)
       if (dot(lines_[i].outward, outward) > kSameLine) {
@@ -48,10 +48,10 @@ class Creases {
 
   bool any() const { return count_ > 0; }
   // Takes back the lines beyond which a pixel near by still sees the own plane: what seemed to end it there only hides a part.
-  void check(const PixelSpread& own, const TangentAxes& axes, const PixelSpread& other, float footprint) {
-    if (std::abs(dot(other.mean - own.mean, axes.normal)) > kMargin * footprint) return;
+  void check(const PixelSpread& own, const TangentAxes& axes, const PixelSpread& other) {
+    if (std::abs(dot(other.mean - own.mean, axes.normal)) > kMargin * axes.footprint) return;
     for (int i = 0; i < count_;)
-      if (dot(other.mean - lines_[i].point, lines_[i].outward) > kMargin * footprint) {
+      if (dot(other.mean - lines_[i].point, lines_[i].outward) > kMargin * axes.footprint) {
         lines_[i] = lines_[--count_];
       } else {
         ++i;

@@ -41,8 +41,6 @@ struct Found {
   }
 };
 
-void announce(PhotonMap& map, const Kernel& kernel) { map.announce(kernel.region().center, kernel.region().along); }
-
 // How much wider than its neighbour's a pixel's disk may be, in footprints a pixel.
 constexpr std::array<float, kPhotonKinds> kWidening{0.125f, 0.25f};
 
@@ -99,12 +97,12 @@ void Film::announce(const CameraSamples& samples, PhotonMaps& maps, const Photon
       if (!vp.valid()) continue;
       for (size_t kind = 0; kind < kPhotonKinds; ++kind)
         if (rules.paths[kind] > 0)
-          sppm::announce(maps[kind], Kernel(vp, samples.pixels[i].ellipse, static_cast<float>(pixels_[i].photons[kind].radius)));
+          maps[kind].announce(Kernel(vp, samples.pixels[i].ellipse, static_cast<float>(pixels_[i].photons[kind].radius)).region());
     }
   });
   threads.for_each(samples.tiles.size(), [&](uint64_t tile) {
     for (const GlossyPoint& g : samples.tiles[tile].glossy)
-      sppm::announce(maps[kCaustic], Kernel(g.point, {}, static_cast<float>(pixels_[g.pixel].photons[kCaustic].radius)));
+      maps[kCaustic].announce({g.point.p, static_cast<float>(pixels_[g.pixel].photons[kCaustic].radius)});
   });
 }
 

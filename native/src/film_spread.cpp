@@ -10,6 +10,8 @@ namespace {
 
 constexpr uint64_t kCreaseWindow = 4;  // pixels within which creases are looked for: a little more than the first radius
 
+TangentAxes axes_of(const Camera& camera, const VisiblePoint& vp) { return {vp, camera.footprint(vp.path_length)}; }
+
 }  // namespace
 
 void Film::find_surfaces(const Camera& camera, CameraSamples& samples, const Threads& threads) {
@@ -22,13 +24,12 @@ void Film::find_surfaces(const Camera& camera, CameraSamples& samples, const Thr
       edges[i] = spread.edge;
       CameraSample& sample = samples.pixels[i];
       if (!sample.point.valid() || spread.count == 0) continue;
-      const TangentAxes axes(sample.point);
-      const float footprint = camera.footprint(sample.point.path_length);
-      const auto goes_on = [&](uint64_t neighbor) { return spread.reaches(pixels_[neighbor].spread, axes, footprint); };
-      if (!spread.has(sample, axes, footprint)) continue;
+      const TangentAxes axes = axes_of(camera, sample.point);
+      const auto goes_on = [&](uint64_t neighbor) { return spread.reaches(pixels_[neighbor].spread, axes); };
+      if (!spread.has(sample, axes)) continue;
       edges[i] = !((x == 0 || goes_on(i - 1)) && (x + 1 == width || goes_on(i + 1)) && (y == 0 || goes_on(i - width)) &&
                    (y + 1 == height || goes_on(i + width)));
-      if (!edges[i]) sample.ellipse = spread.ellipse(axes, footprint);
+      if (!edges[i]) sample.ellipse = spread.ellipse(axes);
     }
   });
   mark_edges(edges, width, threads);
@@ -38,7 +39,7 @@ void Film::learn_surfaces(const Camera& camera, const CameraSamples& samples, co
   threads.for_blocks(pixels_.size(), kGrain, [&](uint64_t begin, uint64_t end) {
     for (uint64_t i = begin; i < end; ++i) {
       const CameraSample& sample = samples.pixels[i];
-      if (sample.point.valid()) pixels_[i].spread.add(sample, camera.footprint(sample.point.path_length));
+      if (sample.point.valid()) pixels_[i].spread.add(sample, axes_of(camera, sample.point));
     }
   });
 }
@@ -71,11 +72,10 @@ Creases Film::creases(const Camera& camera, const CameraSamples& samples, uint64
   const auto own_x = static_cast<int64_t>(x), own_y = static_cast<int64_t>(y);
   const size_t own = y * camera.region_width + x;
   const CameraSample& own_sample = samples.pixels[own];
-  const TangentAxes axes(own_sample.point);
-  const float footprint = camera.footprint(own_sample.point.path_length);
+  const TangentAxes axes = axes_of(camera, own_sample.point);
   const PixelSpread& spread = pixels_[own].spread;
   Creases found;
-  if (!spread.has(own_sample, axes, footprint)) return found;
+  if (!spread.has(own_sample, axes)) return found;
   constexpr auto kReach = static_cast<int64_t>(kCreaseWindow);
   const auto visit = [&](auto use) {
     for (int64_t j = std::max<int64_t>(own_y - kReach, 0); j <= std::min(own_y + kReach, h - 1); ++j)
@@ -86,11 +86,11 @@ Creases Film::creases(const Camera& camera, const CameraSamples& samples, uint64
     const PixelSpread& other = pixels_[i].spread;
     const CameraSample& sample = samples.pixels[i];
     if (other.normal == spread.normal || !sample.point.valid()) return;
-    const TangentAxes other_axes(sample.point);
-    if (!other.has(sample, other_axes, camera.footprint(sample.point.path_length))) return;
-    found.add(spread, axes, other, other_axes, footprint, std::sqrt(static_cast<float>(dx * dx + dy * dy)));
+    const TangentAxes other_axes = axes_of(camera, sample.point);
+    if (!other.has(sample, other_axes)) return;
+    found.add(spread, axes, other, other_axes, std::sqrt(static_cast<float>(dx * dx + dy * dy)));
   });
-  if (found.any()) visit([&](size_t i, int64_t, int64_t) { found.check(spread, axes, pixels_[i].spread, footprint); });
+  if (found.any()) visit([&](size_t i, int64_t, int64_t) { found.check(spread, axes, pixels_[i].spread); });
   return found;
 }
 

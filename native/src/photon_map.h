@@ -53,7 +53,7 @@ class PhotonMap {
  public:
   // Announces a query. Parallel calls are fine; all come before `build`.
   void reset(uint64_t queries) { occupancy_.reset(queries); }
-  void announce(Vec3 p, float radius) { occupancy_.mark(p, radius); }
+  void announce(const Ellipsoid& region) { occupancy_.mark(region.center, region.along); }
   const Occupancy& occupancy() const { return occupancy_; }
 
   // Takes photons with the cells they were stored for, in path order.

@@ -19,12 +19,12 @@ constexpr int second_kept(uint32_t dropped) { return dropped == 2 ? 1 : 2; }
 
 }  // namespace
 
-bool PixelSpread::near_plane(Vec3 p, const TangentAxes& axes, float footprint) const {
+bool PixelSpread::near_plane(Vec3 p, const TangentAxes& axes) const {
   const Vec3 d = p - mean;
-  return std::abs(dot(d, axes.normal)) <= kOffPlane * footprint && dot(d, d) <= square(kReach * footprint / axes.cosine);
+  return std::abs(dot(d, axes.normal)) <= kOffPlane * axes.footprint && dot(d, d) <= square(kReach * axes.footprint / axes.cosine);
 }
 
-void PixelSpread::begin(const CameraSample& sample, const TangentAxes& axes, float footprint) {
+void PixelSpread::begin(const CameraSample& sample, const TangentAxes& axes) {
   const Vec3 n = abs(axes.normal);
   mean = sample.point.p;
   normal = sample.point.ng;
@@ -32,7 +32,7 @@ void PixelSpread::begin(const CameraSample& sample, const TangentAxes& axes, flo
   count = 1, others = 0;
   dropped = n.x >= n.y && n.x >= n.z ? 0 : n.y >= n.z ? 1 : 2;
   // A disk around the line of sight, cut by the surface.
-  const float variance = square(kPriorSpread * footprint), stretch = 1 / square(axes.cosine) - 1;
+  const float variance = square(kPriorSpread * axes.footprint), stretch = 1 / square(axes.cosine) - 1;
   const int u = first_kept(dropped), v = second_kept(dropped);
   const auto entry = [&](int i, int j) {
     return variance * (static_cast<float>(i == j) - axes.normal[i] * axes.normal[j] + stretch * axes.along[i] * axes.along[j]);
@@ -40,13 +40,12 @@ void PixelSpread::begin(const CameraSample& sample, const TangentAxes& axes, flo
   uu = entry(u, u), uv = entry(u, v), vv = entry(v, v);
 }
 
-void PixelSpread::add(const CameraSample& sample, float footprint) {
-  const TangentAxes axes(sample.point);
-  if (!has(sample, axes, footprint)) {
+void PixelSpread::add(const CameraSample& sample, const TangentAxes& axes) {
+  if (!has(sample, axes)) {
     if (others < count) {
       ++others;
     } else {
-      begin(sample, axes, footprint);
+      begin(sample, axes);
     }
     return;
   }
@@ -62,7 +61,7 @@ void PixelSpread::add(const CameraSample& sample, float footprint) {
   vv += (before[v] * after[v] - vv) * share;
 }
 
-PixelEllipse PixelSpread::ellipse(const TangentAxes& axes, float footprint) const {
+PixelEllipse PixelSpread::ellipse(const TangentAxes& axes) const {
   // From the two coordinates to the plane: the normal tells the third.
   const Frame frame(axes.normal);
   const int u = first_kept(dropped), v = second_kept(dropped), w = static_cast<int>(dropped);
@@ -74,7 +73,7 @@ PixelEllipse PixelSpread::ellipse(const TangentAxes& axes, float footprint) cons
   const float st = su * tu * uu + (su * tv + sv * tu) * uv + sv * tv * vv;
   // Eigenvalues and the larger one's eigenvector.
   const float half = 0.5f * (ss + tt), root = std::sqrt(square(0.5f * (ss - tt)) + st * st);
-  if (half - root > square(kWidest * footprint)) return {};
+  if (half - root > square(kWidest * axes.footprint)) return {};
   const float angle = 0.5f * std::atan2(2 * st, ss - tt);
   const Vec3 axis = frame.s * std::cos(angle) + frame.t * std::sin(angle);
   return {mean, pack_direction(axis), std::sqrt(half + root), std::sqrt(std::max(half - root, 1e-4f * half))};

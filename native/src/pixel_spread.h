@@ -14,12 +14,13 @@
 
 namespace sppm {
 
-// The tangent plane of a visible point, and how it is seen.
+// The tangent plane of a visible point, and how it is seen; `footprint` is a pixel's size there [m].
 struct TangentAxes {
   Vec3 normal, along;  // along: of the line of sight, in the plane
   float cosine;  // between normal and line of sight
+  float footprint;
 
-  explicit TangentAxes(const VisiblePoint& vp) : normal(unpack_direction(vp.ng)) {
+  TangentAxes(const VisiblePoint& vp, float footprint_there) : normal(unpack_direction(vp.ng)), footprint(footprint_there) {
     const Vec3 wo = unpack_direction(vp.wo), in_plane = wo - normal * dot(wo, normal);
     const float sine = length(in_plane);
     along = sine > 1e-3f ? in_plane / sine : Frame(normal).s;
@@ -42,28 +43,28 @@ struct PixelSpread {
   uint32_t edge : 1 = 0;       // the surface ends at a neighbour
   uint32_t near_edge : 1 = 0;  // or a few pixels away
 
-  // Whether the sample's point belongs to the same surface and is seen by the same way; `footprint` is a pixel's size there [m].
-  bool has(const CameraSample& sample, const TangentAxes& axes, float footprint) const {
-    return count > 0 && sample.way == way && near_plane(sample.point.p, axes, footprint) &&
+  // Whether the sample's point belongs to the same surface and is seen by the same way; `axes` are the point's.
+  bool has(const CameraSample& sample, const TangentAxes& axes) const {
+    return count > 0 && sample.way == way && near_plane(sample.point.p, axes) &&
            dot(axes.normal, unpack_direction(normal)) > kSameNormal;
   }
 
   // Whether the surface goes on to a neighbouring pixel, seen by the same way.
-  bool reaches(const PixelSpread& neighbor, const TangentAxes& axes, float footprint) const {
-    return neighbor.count > 0 && neighbor.way == way && near_plane(neighbor.mean, axes, footprint);
+  bool reaches(const PixelSpread& neighbor, const TangentAxes& axes) const {
+    return neighbor.count > 0 && neighbor.way == way && near_plane(neighbor.mean, axes);
   }
 
   // What a point of the surface may stand for: nothing where the pixel sees more of it than edges are looked for, as out of focus.
-  PixelEllipse ellipse(const TangentAxes& axes, float footprint) const;
+  PixelEllipse ellipse(const TangentAxes& axes) const;
 
   // The majority of its points decides which surface is the pixel's (Boyer and Moore 1981).
-  void add(const CameraSample& sample, float footprint);
+  void add(const CameraSample& sample, const TangentAxes& axes);
 
  private:
   static constexpr float kSameNormal = 0.9f;
 
-  bool near_plane(Vec3 p, const TangentAxes& axes, float footprint) const;
-  void begin(const CameraSample& sample, const TangentAxes& axes, float footprint);
+  bool near_plane(Vec3 p, const TangentAxes& axes) const;
+  void begin(const CameraSample& sample, const TangentAxes& axes);
 };
 
 }  // namespace sppm

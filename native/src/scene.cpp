@@ -90,7 +90,6 @@ std::optional<SurfacePoint> Scene::intersect(const Ray& ray) const {
 
 Vec3 Scene::transmittance(Ray ray, uint64_t& rays) const {
   ++rays;
-  if (!has_transparent_) return accel_.occluded({&ray, 1}) ? Vec3{} : Vec3{1, 1, 1};
   Vec3 left{1, 1, 1};
   const Vec3 direction = ray.direction, end = ray.origin + ray.direction * ray.far;
   for (int i = 0; i < kMostPasses; ++i) {

@@ -15,12 +15,12 @@ struct Seen {
   PixelSpread spread;
   TangentAxes axes;
 
-  Seen(Vec3 p, Vec3 normal, Vec3 wo) : axes(seen(p, normal, wo).point) { spread.add(seen(p, normal, wo), kFootprint); }
+  Seen(Vec3 p, Vec3 normal, Vec3 wo) : axes(axes_of(seen(p, normal, wo))) { add(spread, seen(p, normal, wo)); }
 };
 
 Creases between(const Seen& own, const Seen& other, float pixels) {
   Creases creases;
-  creases.add(own.spread, own.axes, other.spread, other.axes, kFootprint, pixels);
+  creases.add(own.spread, own.axes, other.spread, other.axes, pixels);
   return creases;
 }
 
@@ -67,11 +67,11 @@ TEST_CASE("what hides a part of a floor does not end it") {
 TEST_CASE("a floor that is seen beyond a line does not end there") {
   const Seen floor({-0.01f, 0, 0}, kUp, kSight), wall({0, 0, 0.01f}, {-1, 0, 0}, kSight);
   Creases creases = between(floor, wall, 2);
-  creases.check(floor.spread, floor.axes, Seen({0.001f, 0.02f, 0}, kUp, kSight).spread, kFootprint);
+  creases.check(floor.spread, floor.axes, Seen({0.001f, 0.02f, 0}, kUp, kSight).spread);
   CHECK(creases.any());
-  creases.check(floor.spread, floor.axes, Seen({0.02f, 0.02f, 0.02f}, kUp, kSight).spread, kFootprint);
+  creases.check(floor.spread, floor.axes, Seen({0.02f, 0.02f, 0.02f}, kUp, kSight).spread);
   CHECK(creases.any());
-  creases.check(floor.spread, floor.axes, Seen({0.02f, 0.02f, 0}, kUp, kSight).spread, kFootprint);
+  creases.check(floor.spread, floor.axes, Seen({0.02f, 0.02f, 0}, kUp, kSight).spread);
   CHECK_FALSE(creases.any());
 }
 
@@ -79,6 +79,6 @@ TEST_CASE("in the corner of a room two lines cut") {
   const Vec3 sight{-1, -1, 1};
   const Seen floor({-0.01f, -0.01f, 0}, kUp, sight), left({0, -0.01f, 0.01f}, {-1, 0, 0}, sight), right({-0.01f, 0, 0.01f}, {0, -1, 0}, sight);
   Creases creases = between(floor, left, 2);
-  creases.add(floor.spread, floor.axes, right.spread, right.axes, kFootprint, 2);
+  creases.add(floor.spread, floor.axes, right.spread, right.axes, 2);
   CHECK(share(creases, floor, 100) == doctest::Approx(0.25).epsilon(1e-3));
 }

@@ -36,7 +36,7 @@ struct Cloud {
   }
   void announce(PhotonMap& map) const {
     map.reset(queries.size());
-    for (const Query& q : queries) map.announce(q.p, q.radius);
+    for (const Query& q : queries) map.announce({q.p, q.radius});
   }
   void build(PhotonMap& map, uint32_t threads) const {
     announce(map);
@@ -107,7 +107,7 @@ TEST_CASE("a map may be filled again, for other queries") {
 TEST_CASE("a photon takes at most 48 bytes in the map, and what announced queries leave behind is counted apart") {
   PhotonMap map;
   map.reset(1);
-  map.announce({}, 1);
+  map.announce({Vec3{}, 1});
   std::mt19937 random(5);
   std::uniform_real_distribution<float> uniform(-1, 1);
   std::vector<PhotonMap::Block> blocks(1);
@@ -130,7 +130,7 @@ TEST_CASE("far from the origin, at the smallest radius that positions resolve") 
   const float radius = 32 * 0x1p-23f * 1000;
   PhotonMap map;
   map.reset(1);
-  map.announce({1000, -1000, 1000}, radius);
+  map.announce({{1000, -1000, 1000}, radius});
   std::vector<PhotonMap::Block> blocks(1);
   for (int i = -100; i <= 100; ++i) {
     const Vec3 p{1000 + static_cast<float>(i) * 0x1p-14f, -1000, 1000};

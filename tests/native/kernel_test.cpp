@@ -56,7 +56,7 @@ TEST_CASE("toward the horizon kernel and camera samples together cover the pixel
     constexpr int kPoints = 1000;
     for (int i = 0; i < kPoints; ++i) {
       const VisiblePoint vp = seen({0, (static_cast<float>(i) + 0.5f) * 0.1f / kPoints - 0.05f, 0}, {0, 0, 1}, wo).point;
-      const Kernel kernel(vp, spread.ellipse(TangentAxes(vp), kFootprint), radius);
+      const Kernel kernel(vp, spread.ellipse({vp, kFootprint}), radius);
       centers += static_cast<double>(square(kernel.region().center.y)) / kPoints;
       if (i > 0) continue;
       integrate(kernel, [&](Vec3 d, double weight) { kernel_variance += weight * static_cast<double>(square(d.y)); });

@@ -13,4 +13,4 @@ def test_no_first_radius_is_much_better_than_the_automatic_one(framing):
 
 @pytest.mark.parametrize("framing", FRAMINGS)
 def test_first_radius_is_a_few_pixels(framing):
-    assert 1.5 < quality(FRAMINGS[framing](), reference=1, seeds=1, factors=(1,)).radius < 6
+    assert 2 < quality(FRAMINGS[framing](), reference=1, seeds=1, factors=(1,)).radius < 6
