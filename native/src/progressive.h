@@ -1,7 +1,7 @@
 // What one pixel has gathered of one kind of photons, and how its search radius follows.
 //
-// An iteration adds phi over the area of its kernel, which is pi r^2 for a disk. Under the textbook's rule [16.14] that is the same estimate:
-// tau' / (pi r'^2) = (tau + phi) / (pi r^2). So the rules differ in the region only.
+// An iteration adds phi over the area of its kernel, which is pi r^2 for a disk. Under the textbook's rule [16.14] that is the same
+// estimate: tau' / (pi r'^2) = (tau + phi) / (pi r^2). So the rules differ in the region only.
 #pragma once
 
 #include <algorithm>

@@ -77,7 +77,8 @@ TEST_CASE("a floor that is seen beyond a line does not end there") {
 
 TEST_CASE("in the corner of a room two lines cut") {
   const Vec3 sight{-1, -1, 1};
-  const Seen floor({-0.01f, -0.01f, 0}, kUp, sight), left({0, -0.01f, 0.01f}, {-1, 0, 0}, sight), right({-0.01f, 0, 0.01f}, {0, -1, 0}, sight);
+  const Seen floor({-0.01f, -0.01f, 0}, kUp, sight);
+  const Seen left({0, -0.01f, 0.01f}, {-1, 0, 0}, sight), right({-0.01f, 0, 0.01f}, {0, -1, 0}, sight);
   Creases creases = between(floor, left, 2);
   creases.add(floor.spread, floor.axes, right.spread, right.axes, 2);
   CHECK(share(creases, floor, 100) == doctest::Approx(0.25).epsilon(1e-3));
