@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <numeric>
 #include <optional>
 
@@ -12,11 +11,6 @@
 
 namespace sppm {
 namespace {
-
-// Positions carry about 24 bits; a search radius below a few of the last ones would select by rounding.
-constexpr float kSmallestRadiusUlps = 32 * 0x1p-23f;
-
-float smallest_radius(Vec3 p) { return std::max(kSmallestRadiusUlps * max_component(abs(p)), 1e-30f); }
 
 // What a pixel's visible points find of one kind of photons in an iteration.
 struct Found {
@@ -41,31 +35,6 @@ struct Found {
   }
 };
 
-// How much wider than its neighbour's a pixel's disk may be, in footprints a pixel.
-constexpr std::array<float, kPhotonKinds> kWidening{0.125f, 0.25f};
-
-// Lowers a row to the least of its neighbouring row's values plus their distance.
-void lower_by_row(float* row, const float* neighbor, uint64_t width, float slope) {
-  const float diagonal = slope * std::numbers::sqrt2_v<float>;
-  for (uint64_t x = 0; x < width; ++x) row[x] = std::min(row[x], neighbor[x] + slope);
-  for (uint64_t x = 1; x < width; ++x) row[x] = std::min(row[x], neighbor[x - 1] + diagonal);
-  for (uint64_t x = 1; x < width; ++x) row[x - 1] = std::min(row[x - 1], neighbor[x] + diagonal);
-}
-
-// Lowers values to the least of all others plus `slope` a pixel of distance: two sweeps of the chamfer distance transform.
-void spread_least(std::vector<float>& values, uint64_t width, uint64_t height, float slope) {
-  for (uint64_t y = 0; y < height; ++y) {
-    float* row = values.data() + y * width;
-    if (y > 0) lower_by_row(row, row - width, width, slope);
-    for (uint64_t x = 1; x < width; ++x) row[x] = std::min(row[x], row[x - 1] + slope);
-  }
-  for (uint64_t y = height; y-- > 0;) {
-    float* row = values.data() + y * width;
-    if (y + 1 < height) lower_by_row(row, row + width, width, slope);
-    for (uint64_t x = width - 1; x > 0; --x) row[x - 1] = std::min(row[x - 1], row[x] + slope);
-  }
-}
-
 }  // namespace
 
 Film::Film(uint64_t pixels, const DataPasses& data) : pixels_(pixels), passes_(data), data_(pixels * data.size()) {}
@@ -77,7 +46,7 @@ void Film::start_radii(const Camera& camera, const CameraSamples& samples, doubl
     const double footprint = initial_radius > 0 ? initial_radius / kFirstRadius : static_cast<double>(camera.footprint(vp.path_length));
     pixel.footprint = std::max(static_cast<float>(footprint), std::numeric_limits<float>::min());
     for (size_t kind = 0; kind < kPhotonKinds; ++kind)
-      pixel.photons[kind].radius = std::max(rules.radius[kind].widest * footprint, static_cast<double>(smallest_radius(vp.p)));
+      pixel.photons[kind].radius = std::max(rules[kind].widest * footprint, static_cast<double>(smallest_radius(vp.p)));
   };
   threads.for_blocks(pixels_.size(), kGrain, [&](uint64_t begin, uint64_t end) {
     for (uint64_t i = begin; i < end; ++i) {
@@ -96,7 +65,7 @@ void Film::announce(const CameraSamples& samples, PhotonMaps& maps, const Photon
       const VisiblePoint& vp = samples.pixels[i].point;
       if (!vp.valid()) continue;
       for (size_t kind = 0; kind < kPhotonKinds; ++kind)
-        if (rules.paths[kind] > 0)
+        if (rules[kind].paths > 0)
           maps[kind].announce(Kernel(vp, samples.pixels[i].ellipse, static_cast<float>(pixels_[i].photons[kind].radius)).region());
     }
   });
@@ -132,10 +101,10 @@ uint64_t Film::update(const Camera& camera, CameraSamples& samples, const Photon
         return *near;
       };
       const auto ask = [&](const VisiblePoint& vp, const PixelEllipse& ellipse, size_t kind, auto creases) {
-        if (rules.paths[kind] == 0) return;
+        if (rules[kind].paths == 0) return;
         const float share = kind == kCaustic ? vp.caustic_share : 1;
         const Kernel kernel(vp, ellipse, static_cast<float>(pixel.photons[kind].radius));
-        found[kind].ask(vp, kernel, points.lobes, maps[kind], share, rules.paths[kind], creases);
+        found[kind].ask(vp, kernel, points.lobes, maps[kind], share, rules[kind].paths, creases);
       };
       for (size_t kind = 0; kind < kPhotonKinds && sample.point.valid(); ++kind) ask(sample.point, sample.ellipse, kind, find_creases);
       const Creases none{};
@@ -144,32 +113,16 @@ uint64_t Film::update(const Camera& camera, CameraSamples& samples, const Photon
       for (size_t kind = 0; kind < kPhotonKinds; ++kind) {
         const Found& f = found[kind];
         if (f.points == 0) continue;
-        pixel.photons[kind].update(f.gathered, rules.radius[kind], static_cast<double>(pixel.footprint), f.smallest_radius);
+        pixel.photons[kind].update(f.gathered, rules[kind], static_cast<double>(pixel.footprint), f.smallest_radius);
         dropped[tile] += f.dropped;
       }
     });
   });
-  if (rules.radius[kIndirect].rule == SPPM_RADIUS_DENSITY) limit_radii(rules, width, threads);
+  if (rules[kIndirect].rule == SPPM_RADIUS_DENSITY) {
+    choose_radii(camera, samples, rules, width, threads);
+    limit_radii(rules, width, threads);
+  }
   return std::accumulate(dropped.begin(), dropped.end(), uint64_t{0});
-}
-
-// A pixel's disk that reaches a bright spot from beside it adds light that the spot's own small disks do not lack. So no disk may be so
-// much wider than one near by that it reaches that one's.
-void Film::limit_radii(const PhotonRules& rules, uint64_t width, const Threads& threads) {
-  const uint64_t height = pixels_.size() / width;
-  threads.for_each(kPhotonKinds, [&](uint64_t kind) {
-    if (rules.paths[kind] == 0) return;
-    std::vector<float> radii(pixels_.size());  // in footprints
-    for (size_t i = 0; i < radii.size(); ++i) {
-      const Pixel& p = pixels_[i];
-      radii[i] = p.footprint > 0 ? static_cast<float>(p.photons[kind].radius) / p.footprint : kInfinity;
-    }
-    spread_least(radii, width, height, kWidening[kind]);
-    for (size_t i = 0; i < radii.size(); ++i) {
-      double& radius = pixels_[i].photons[kind].radius;
-      if (radii[i] < kInfinity) radius = std::min(radius, static_cast<double>(radii[i] * pixels_[i].footprint));
-    }
-  });
 }
 
 // Takes the records of an iteration over into means, which lose no digits however many there are.

@@ -23,10 +23,7 @@ struct Pixel {
 };
 
 // How an iteration ends for each kind of photons.
-struct PhotonRules {
-  std::array<RadiusRule, kPhotonKinds> radius;
-  std::array<uint64_t, kPhotonKinds> paths{};  // sent in this iteration
-};
+using PhotonRules = std::array<RadiusRule, kPhotonKinds>;
 
 class Film {
  public:
@@ -58,6 +55,8 @@ class Film {
 
   void mark_edges(const std::vector<uint8_t>& edges, uint64_t width, const Threads& threads);
   Creases creases(const Camera& camera, const CameraSamples& samples, uint64_t x, uint64_t y) const;
+  void choose_radii(const Camera& camera, const CameraSamples& samples, const PhotonRules& rules, uint64_t width,
+                    const Threads& threads);
   void limit_radii(const PhotonRules& rules, uint64_t width, const Threads& threads);
   void add_data(const CameraSamples& samples, const Threads& threads);
   void read_data(SppmPass pass, float* out) const;

@@ -13,6 +13,9 @@
 
 namespace sppm {
 
+// Positions carry about 24 bits; a search radius below a few of the last ones would select by rounding [m].
+inline float smallest_radius(Vec3 p) { return std::max(32 * 0x1p-23f * max_component(abs(p)), 1e-30f); }
+
 // First search radius in pixel footprints: about 28 photons where there is one a pixel.
 inline constexpr double kFirstRadius = 3;
 
@@ -25,6 +28,7 @@ struct RadiusRule {
   double narrowest = 0.35; // DENSITY: least radius of the first iteration, in footprints
   double widest = kFirstRadius;  // the largest; for the others the radius
   uint64_t pixels = 1;
+  uint64_t paths = 0, paths_before = 0;  // of this iteration, and of all before it
 
   // Knaus and Zwicker 2011: r^2 of iteration i + 1 over that of iteration i, i from 1.
   static double step(uint64_t i, double gamma) { return (static_cast<double>(i) + gamma) / (static_cast<double>(i) + 1); }
@@ -47,8 +51,8 @@ struct Gathered {
 // All double: a million iterations add terms a million times smaller than the sum, and shrink the radius by less than a float can tell.
 struct PhotonEstimate {
   double radius = 0;             // [m]; 0 until the pixel has seen a surface
-  double count = 0;              // PROGRESSIVE: N, photons accepted so far, reduced with the radius; else all photons found
-  double searched = 0;           // sum of paths times area searched [m^2]
+  double count = 0;              // N, photons accepted so far, reduced with the radius; PASS_INDEXED: all photons found
+  double searched = 0;           // DENSITY: sum of paths times area searched, reduced alike [m^2]
   double radiance_sum[3] = {0, 0, 0};  // of all iterations [W m^-2 sr^-1]
 
   void add(Vec3 radiance) {
@@ -62,7 +66,6 @@ struct PhotonEstimate {
   void update(const Gathered& gathered, const RadiusRule& rule, double footprint, float smallest_radius) {
     for (int c = 0; c < 3; ++c) radiance_sum[c] += gathered.radiance[c];
     const double m = static_cast<double>(gathered.count), smallest = static_cast<double>(smallest_radius);
-    searched += gathered.searched;
     if (rule.rule == SPPM_RADIUS_PROGRESSIVE) {
       if (gathered.count == 0) return;
       if (radius <= smallest) {
@@ -74,7 +77,10 @@ struct PhotonEstimate {
       radius = std::max(radius, smallest);
       return;
     }
-    count += m;
+    // Each path counts alike, however wide the disk of its iteration was.
+    const double same_area = gathered.searched / static_cast<double>(rule.paths) * static_cast<double>(rule.paths_before);
+    const double kept = searched > same_area ? same_area / searched : 1;
+    count = count * kept + m, searched = searched * kept + gathered.searched;
     double next = rule.widest * footprint * std::sqrt(rule.shrink);
     if (rule.rule == SPPM_RADIUS_DENSITY) {
       // Only photons of earlier iterations decide, so an iteration's radius does not depend on what it will find.

@@ -47,9 +47,6 @@ const SppmSettings& checked(const SppmSettings& s) {
 // Photons and camera paths should take about the same time; beyond these shares of the pixels neither helps the other.
 constexpr double kFewestPhotons = 1.0 / 16, kMostPhotons = 16;
 
-// Caustics have finer detail than other indirect light: their first radius by DENSITY, in footprints.
-constexpr double kCausticRadius = 1.75;
-
 // AUTO: photons serve where most pixels find this many of them in their first disk.
 constexpr double kEnoughPhotons = 3, kEnoughPixels = 0.6;
 
@@ -167,17 +164,16 @@ void Session::iterate(SppmProgress& done) {
 
 PhotonRules Session::rules(std::span<const PhotonBatch> batches) const {
   PhotonRules rules;
-  for (const PhotonBatch& b : batches) {
-    if (b.emission != Emission::kRest) rules.paths[kCaustic] += b.count;
-    rules.paths[kIndirect] += b.count;
-  }
-  for (RadiusRule& radius : rules.radius) {
+  for (RadiusRule& radius : rules) {
     radius.rule = static_cast<SppmRadiusRule>(settings_.radius_rule);
     radius.gamma = settings_.gamma;
     radius.shrink = shrink_;
     radius.pixels = pixels();
   }
-  if (settings_.radius_rule == SPPM_RADIUS_DENSITY && !(settings_.initial_radius > 0)) rules.radius[kCaustic].widest = kCausticRadius;
+  for (const PhotonBatch& b : batches) {
+    if (b.emission != Emission::kRest) rules[kCaustic].paths += b.count, rules[kCaustic].paths_before += b.first;
+    rules[kIndirect].paths += b.count, rules[kIndirect].paths_before += b.first;
+  }
   return rules;
 }
 

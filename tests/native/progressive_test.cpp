@@ -26,7 +26,9 @@ const RadiusRule kSeed = rule(SPPM_RADIUS_PROGRESSIVE);
 double radiance(const PhotonEstimate& e, uint64_t iterations) { return static_cast<double>(e.radiance(iterations).x); }
 
 // An iteration with one visible point, whose disk of the estimate's radius finds `found` photons with the sum `phi`.
-void update(PhotonEstimate& e, uint64_t found, Vec3 phi, uint64_t paths, const RadiusRule& r, double footprint, float smallest) {
+void update(PhotonEstimate& e, uint64_t found, Vec3 phi, uint64_t paths, RadiusRule r, double footprint, float smallest,
+            uint64_t paths_before = 0) {
+  r.paths = paths, r.paths_before = paths_before;
   Gathered gathered;
   gathered.add(found, phi, M_PI * e.radius * e.radius, paths);
   e.update(gathered, r, footprint, smallest);
@@ -112,6 +114,18 @@ TEST_CASE("the density rule aims at its count, within its limits, by what was fo
   CHECK(lonely.radius == doctest::Approx(first));
 }
 
+TEST_CASE("the density rule counts each path alike, however wide the disk of its iteration was") {
+  PhotonEstimate e = start(kFirstRadius);
+  // One photon a path and unit of area in the first disk, then nine times as many paths with ten in a narrow one.
+  const auto found = [&](double density, double paths) {
+    return static_cast<uint64_t>(std::lround(density * paths * M_PI * e.radius * e.radius));
+  };
+  update(e, found(1, 1000), {}, 1000, rule(SPPM_RADIUS_DENSITY), 1, 0);
+  e.radius = 0.5;
+  update(e, found(10, 9000), {}, 9000, rule(SPPM_RADIUS_DENSITY), 1, 0, 1000);
+  CHECK(e.count / e.searched == doctest::Approx(9.1).epsilon(1e-3));
+}
+
 TEST_CASE("radiance is the mean of what the iterations found over their disks") {
   PhotonEstimate e = start(0.5);
   CHECK(is_black(e.radiance(0)));
@@ -129,7 +143,7 @@ TEST_CASE("uniform light gives its radiance however far the radius shrinks, by e
     for (uint64_t i = 1; i <= 2000; ++i) {
       const auto m = static_cast<uint64_t>(std::lround(1000 * M_PI * e.radius * e.radius));
       r.shrink *= RadiusRule::step(i, r.gamma);
-      update(e, m, splat(static_cast<float>(m) / 500), 500, r, 1 / kFirstRadius, 0);
+      update(e, m, splat(static_cast<float>(m) / 500), 500, r, 1 / kFirstRadius, 0, 500 * (i - 1));
     }
     CHECK(e.radius < 0.4);
     CHECK(radiance(e, 2000) == doctest::Approx(2).epsilon(0.01));

@@ -49,13 +49,13 @@ def lit_through_a_pane(tilt):
 def test_noise_falls_as_one_over_photons(tilt):
     """A kernel that is the pixel's filter does not shrink: four times the iterations leave a quarter of the variance, or less.
 
-    With disks that shrink by N^-0.3 it is 0.39.
+    The first radius is less than half a pixel, so that disks are narrower than it. With disks that shrink by N^-0.3 it is 0.39.
     """
     scene = lit_through_a_pane(tilt)
     variances = {}
     for iterations in (16, 64):
-        pictures = [render(scene, "Caustics", iterations=iterations, photons_per_iteration=64 * 256, seed=seed)[..., 1]
-                    for seed in range(8)]
+        pictures = [render(scene, "Caustics", iterations=iterations, photons_per_iteration=64 * 256, initial_radius=0.002,
+                           seed=seed)[..., 1] for seed in range(8)]
         variances[iterations] = np.var(pictures, 0, ddof=1).mean() / np.mean(pictures) ** 2
     assert variances[64] / variances[16] < 0.34
 
@@ -66,3 +66,13 @@ def test_kernels_keep_the_mean():
     means = {rule: np.mean([render(scene, "Caustics", iterations=32, photons_per_iteration=64 * 256, radius_rule=rule, seed=seed)
                             for seed in range(6)]) for rule in ("DENSITY", "PASS_INDEXED")}
     assert means["DENSITY"] == pytest.approx(means["PASS_INDEXED"], rel=0.005)
+
+
+def test_radii_follow_the_curvature_of_the_light():
+    """Even light keeps disks of the first radius; where light ends they are narrower by half."""
+    even = lit_through_a_pane(0.01)
+    ending = Scene().add(floor(3), diffuse(0.6)).add(box((0, -0.2, 1), (0.2, 0.2, 1.01)), glass())
+    ending.light(LightType.POINT, at(0, 0, 1.5), 10).camera(look_at((0, -0.01, 0.8), (0, 0, 0)), 0.1, 16)
+    even, ending = (render(scene, "Radius", iterations=32, photons_per_iteration=4 * 256)[..., 0] for scene in (even, ending))
+    assert even.min() > 0.95 * even.max()  # no pixel's has shrunk
+    assert ending[:, 7].mean() < 0.6 * even.mean() and ending[:, 15].mean() > 0.75 * even.mean()
