@@ -73,9 +73,19 @@ Creases Film::creases(const Camera& camera, const CameraSamples& samples, uint64
   const size_t own = y * camera.region_width + x;
   const CameraSample& own_sample = samples.pixels[own];
   const TangentAxes axes = axes_of(camera, own_sample.point);
-  const PixelSpread& spread = pixels_[own].spread;
   Creases found;
-  if (!spread.has(own_sample, axes)) return found;
+  // At a crease half of a pixel's points lie on the surface that its neighbour has.
+  const PixelSpread* surface = nullptr;
+  const auto take = [&](size_t i) {
+    if (!surface && pixels_[i].spread.has(own_sample, axes)) surface = &pixels_[i].spread;
+  };
+  take(own);
+  if (x > 0) take(own - 1);
+  if (x + 1 < camera.region_width) take(own + 1);
+  if (y > 0) take(own - camera.region_width);
+  if (y + 1 < camera.region_height) take(own + camera.region_width);
+  if (!surface) return found;
+  const PixelSpread& spread = *surface;
   constexpr auto kReach = static_cast<int64_t>(kCreaseWindow);
   const auto visit = [&](auto use) {
     for (int64_t j = std::max<int64_t>(own_y - kReach, 0); j <= std::min(own_y + kReach, h - 1); ++j)

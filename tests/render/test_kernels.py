@@ -28,6 +28,15 @@ def test_creases_take_no_light(inner):
     assert 0.85 < ratio.min() and ratio.max() < 1.1  # 0.67 and 0.75
 
 
+def test_a_crease_within_pixels():
+    """Pixels that see both walls of a corner have their light too: half of their points lie on the wall that a neighbour has."""
+    scene = Scene().add(box((-1, -1, -1), (1, 1, 1)), diffuse(0.5), emission(1)).camera(look_at((0.9, -0.9, 0), (-0.2, 1, 0)), 0.9, 48)
+    pictures = [render(scene, "Indirect", iterations=16, photons_per_iteration=6000, indirect="PHOTONS", seed=seed)[..., 0]
+                for seed in range(2)]
+    columns = np.mean(pictures, 0)[10:38].mean(0) / 0.5
+    assert columns.min() > 0.92  # 0.81 where such points know of no crease
+
+
 def test_a_sheet_on_a_floor_that_goes_on_behind_it():
     """What lies beyond a crease counts neither as area nor as photons: the floor behind a thin wall is the same plane."""
     scene = Scene().add(box((-1, -1, -1), (1, 1, 1)), diffuse(0.5), emission(1))
