@@ -1,13 +1,15 @@
-// Where the surface that a pixel sees ends at another one, told by its neighbours' visible points.
+// Where the surface that a pixel sees ends, told by its neighbours' visible points: at another one, or before what lies behind it.
 //
-// A kernel that reaches over a crease finds no photons beyond, so its area must not count there.
+// A kernel that reaches over such an end finds no photons beyond, so its area must not count there.
 #pragma once
 
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "gatherer.h"
 #include "kernel.h"
+#include "outline.h"
 #include "pixel_spread.h"
 #include "vecmath.h"
 
@@ -62,14 +64,12 @@ class Creases {
   float share(const Kernel& kernel) const {
     float share = 1;
     for (int i = 0; i < count_; ++i) share *= kernel.share_before(lines_[i].point, lines_[i].outward);
-    return share;
+    return outline ? share * outline->share(kernel, [&](Vec3 p) { return before_lines(p); }) : share;
   }
   // Whether a point of the plane belongs to the surface: beyond a thin wall the same floor goes on.
-  bool hold(Vec3 p) const {
-    for (int i = 0; i < count_; ++i)
-      if (dot(p - lines_[i].point, lines_[i].outward) > 0) return false;
-    return true;
-  }
+  bool hold(Vec3 p) const { return before_lines(p) && (!outline || outline->holds(p)); }
+
+  std::optional<Outline> outline;  // where the surface ends before what lies behind
 
  private:
   static constexpr float kFolded = -0.99f;  // sheets back to back, which no line tells
@@ -81,6 +81,12 @@ class Creases {
     Vec3 point, outward;
     float pixels;
   };
+
+  bool before_lines(Vec3 p) const {
+    for (int i = 0; i < count_; ++i)
+      if (dot(p - lines_[i].point, lines_[i].outward) > 0) return false;
+    return true;
+  }
 
   std::array<Line, kMost> lines_;
   int count_ = 0;

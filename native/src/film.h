@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "camera_pass.h"
@@ -55,6 +56,8 @@ class Film {
 
   void mark_edges(const std::vector<uint8_t>& edges, uint64_t width, const Threads& threads);
   Creases creases(const Camera& camera, const CameraSamples& samples, uint64_t x, uint64_t y) const;
+  std::optional<Outline> outline(const Camera& camera, const CameraSamples& samples, uint64_t x, uint64_t y, const PixelSpread& surface,
+                                 const TangentAxes& axes) const;
   void choose_radii(const Camera& camera, const CameraSamples& samples, const PhotonRules& rules, uint64_t width,
                     const Threads& threads);
   void limit_radii(const PhotonRules& rules, uint64_t width, const Threads& threads);

@@ -8,7 +8,11 @@
 namespace sppm {
 namespace {
 
-constexpr uint64_t kCreaseWindow = 4;  // pixels within which creases are looked for: a little more than the first radius
+constexpr uint64_t kCreaseWindow = Outline::kReach;  // pixels within which ends are looked for: a little more than the first radius
+// What lies this far behind the plane, in footprints and of the distance along it, is not the same surface, bent.
+constexpr float kOffPlane = 0.25f, kOffPlaneSlope = 0.5f;
+// A surface that bends goes on where it is not seen. Cosine of how far its normal may turn.
+constexpr float kFlat = 0.99f;
 
 TangentAxes axes_of(const Camera& camera, const VisiblePoint& vp) { return {vp, camera.footprint(vp.path_length)}; }
 
@@ -66,6 +70,61 @@ void Film::mark_edges(const std::vector<uint8_t>& edges, uint64_t width, const T
   });
 }
 
+// Where the surface around a pixel that is seen directly ends before what lies behind it; nothing where it does not.
+std::optional<Outline> Film::outline(const Camera& camera, const CameraSamples& samples, uint64_t x, uint64_t y, const PixelSpread& surface,
+                                     const TangentAxes& axes) const {
+  const auto w = static_cast<int64_t>(camera.region_width), h = static_cast<int64_t>(camera.region_height);
+  // Where the plane is seen through the middle of a pixel.
+  const auto place = [&](float dx, float dy) {
+    const Ray ray = camera.ray(static_cast<float>(camera.region_x + x) + 0.5f + dx, static_cast<float>(camera.region_y + y) + 0.5f + dy,
+                               {0.5f, 0.5f});
+    return ray.origin + ray.direction * (dot(surface.mean - ray.origin, axes.normal) / dot(ray.direction, axes.normal));
+  };
+  const Vec3 middle = place(0, 0);
+  std::optional<Outline> found(std::in_place, middle, place(1, 0) - middle, place(0, 1) - middle, axes.normal);
+  enum Seen : uint8_t { kUnknown, kSurface, kBehind };
+  const auto look = [&](size_t i, Vec3 there) {
+    const PixelSpread& seen = pixels_[i].spread;
+    const CameraSample& sample = samples.pixels[i];
+    // Nothing at all, and no light of an emitter that may stand in front.
+    if (seen.count == 0) return !sample.point.valid() && sample.way == 0 && is_black(sample.direct) ? kBehind : kUnknown;
+    if (seen.way != 0) return kUnknown;
+    const float behind = -dot(seen.mean - surface.mean, axes.normal), near = kOffPlane * axes.footprint;
+    return behind > near + kOffPlaneSlope * length(there - surface.mean) ? kBehind : std::abs(behind) <= near ? kSurface : kUnknown;
+  };
+  constexpr int kReach = Outline::kReach, kSide = 2 * kReach + 1;
+  std::array<Seen, (kSide + 2) * (kSide + 2)> seen{};  // with a border that nothing is known of
+  const auto at = [&](int dx, int dy) -> Seen& { return seen[static_cast<size_t>((dy + kReach + 1) * (kSide + 2) + dx + kReach + 1)]; };
+  const auto visit = [&](auto use) {
+    for (int dy = -kReach; dy <= kReach; ++dy)
+      for (int dx = -kReach; dx <= kReach; ++dx) {
+        const int64_t i = static_cast<int64_t>(x) + dx, j = static_cast<int64_t>(y) + dy;
+        if (i >= 0 && j >= 0 && i < w && j < h) use(static_cast<size_t>(j * w + i), dx, dy);
+      }
+  };
+  bool ends = false, bent = false;
+  visit([&](size_t i, int dx, int dy) {
+    ends |= (at(dx, dy) = look(i, found->place(static_cast<float>(dx), static_cast<float>(dy)))) == kBehind;
+    const PixelSpread& other = pixels_[i].spread;
+    if (other.count == 0 || other.normal == surface.normal) return;
+    const float turn = dot(unpack_direction(other.normal), axes.normal);
+    bent |= turn < kFlat && turn > Gatherer::kSameSurface;
+  });
+  if (!ends || bent) return {};
+  visit([&](size_t i, int dx, int dy) {
+    const Seen here = at(dx, dy);
+    const auto beside = [&](Seen what) {
+      return at(dx - 1, dy) == what || at(dx + 1, dy) == what || at(dx, dy - 1) == what || at(dx, dy + 1) == what;
+    };
+    // The end runs through pixels: the points of their other surface tell how much.
+    const auto count = static_cast<float>(pixels_[i].spread.count), others = static_cast<float>(pixels_[i].spread.others);
+    float& share = found->at(dx, dy);
+    if (here == kBehind) share = count > 0 && beside(kSurface) ? others / (count + others) : 0;
+    if (here == kSurface && beside(kBehind)) share = count / (count + others);
+  });
+  return found;
+}
+
 // The creases within the largest disk of a pixel whose sample has a visible point.
 Creases Film::creases(const Camera& camera, const CameraSamples& samples, uint64_t x, uint64_t y) const {
   const auto w = static_cast<int64_t>(camera.region_width), h = static_cast<int64_t>(camera.region_height);
@@ -101,6 +160,7 @@ Creases Film::creases(const Camera& camera, const CameraSamples& samples, uint64
     found.add(spread, axes, other, other_axes, std::sqrt(static_cast<float>(dx * dx + dy * dy)));
   });
   if (found.any()) visit([&](size_t i, int64_t, int64_t) { found.check(spread, axes, pixels_[i].spread); });
+  if (spread.way == 0) found.outline = outline(camera, samples, x, y, spread, axes);
   return found;
 }
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scenes import Scene, at, box, diffuse, emission, floor, glass, look_at, quad, render
+from scenes import Scene, at, box, diffuse, emission, floor, glass, look_at, quad, render, sphere
 from sppm.scene_desc import LightType
 
 
@@ -35,6 +35,25 @@ def test_a_crease_within_pixels():
                 for seed in range(2)]
     columns = np.mean(pictures, 0)[10:38].mean(0) / 0.5
     assert columns.min() > 0.92  # 0.81 where such points know of no crease
+
+
+def test_sheets_that_end_before_a_wall():
+    """Sheets 3 pixels wide in the middle of a closed room of even light, which they have as well; a ball has no brighter rim."""
+    scene = Scene().add(box((-1, -1, -1), (1, 1, 1)), diffuse(0.5), emission(1))
+    half = 1.5 * 0.8 * 2 * np.tan(0.45) / 48
+    for x in np.arange(-0.4, 0.41, 0.16):
+        sheet = quad(((x - half, -0.1, 0), (x + half, -0.1, 0), (x + half, -0.1, 0.6), (x - half, -0.1, 0.6)))
+        scene.add(sheet, diffuse(0.5), emission(1))
+    ball = sphere(0.2, (0, -0.1, -0.3), divisions=4)
+    normals = ((ball[0] - (0, -0.1, -0.3)) / 0.2).astype(np.float32)
+    scene.add(ball, diffuse(0.5), emission(1), normals=normals).camera(look_at((0, -0.9, 0), (0, 0, 0)), 0.9, 48)
+    pictures = [render(scene, "Indirect", iterations=24, photons_per_iteration=8000, indirect="PHOTONS", seed=seed)[..., 0]
+                for seed in range(4)]
+    ratio = np.mean(pictures, 0) / 0.5
+    sheets = ratio[28:38].mean(0)  # a column of pixels sees the same part of a sheet; 0.59 to 0.75 where all of the disk counts
+    assert abs(sheets.mean() - 1) < 0.02 and 0.85 < sheets.min() and sheets.max() < 1.15
+    below = ratio[:20, 4:44]
+    assert abs(below.mean() - 1) < 0.015 and below.reshape(5, 4, 10, 4).mean((1, 3)).max() < 1.12
 
 
 def test_a_sheet_on_a_floor_that_goes_on_behind_it():
