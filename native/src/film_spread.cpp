@@ -119,7 +119,7 @@ std::optional<Outline> Film::outline(const Camera& camera, const CameraSamples& 
     // The end runs through pixels: the points of their other surface tell how much.
     const auto count = static_cast<float>(pixels_[i].spread.count), others = static_cast<float>(pixels_[i].spread.others);
     float& share = found->at(dx, dy);
-    if (here == kBehind) share = count > 0 && beside(kSurface) ? others / (count + others) : 0;
+    if (here == kBehind) share = count > 0 ? others / (count + others) : 0;
     if (here == kSurface && beside(kBehind)) share = count / (count + others);
   });
   return found;
@@ -143,7 +143,8 @@ Creases Film::creases(const Camera& camera, const CameraSamples& samples, uint64
   if (x + 1 < camera.region_width) take(own + 1);
   if (y > 0) take(own - camera.region_width);
   if (y + 1 < camera.region_height) take(own + camera.region_width);
-  if (!surface) return found;
+  PixelSpread alone;  // of something thinner than a pixel
+  if (!surface) alone.add(own_sample, axes), surface = &alone;
   const PixelSpread& spread = *surface;
   constexpr auto kReach = static_cast<int64_t>(kCreaseWindow);
   const auto visit = [&](auto use) {
