@@ -44,8 +44,9 @@ const SppmSettings& checked(const SppmSettings& s) {
   return s;
 }
 
-// Photons and camera paths should take about the same time; beyond these shares of the pixels neither helps the other.
-constexpr double kFewestPhotons = 1.0 / 16, kMostPhotons = 16;
+// Photons and camera paths should take about the same time, but caustic photons never more than this share of it: it is taken from other
+// light, and caustics gain from more camera samples too. Beyond these shares of the pixels neither helps the other.
+constexpr double kCausticRays = 0.5, kFewestPhotons = 1.0 / 16, kMostPhotons = 16;
 
 // AUTO: photons serve where most pixels find this many of them in their first disk.
 constexpr double kEnoughPhotons = 3, kEnoughPixels = 0.6;
@@ -107,14 +108,15 @@ std::vector<PhotonBatch> Session::plan_batches() const {
   return batches;
 }
 
-// After the first iteration: photons for about as many rays as camera paths take. Counted, not timed, so that pictures do not depend on
-// the clock.
+// After the first iteration: photons for about as many rays as camera paths take, caustic photons for half as many. Counted, not timed, so
+// that pictures do not depend on the clock.
 void Session::plan_budget(const RayCounts& camera, std::span<const PhotonBatch> batches, std::span<const RayCounts> photons) {
   if (settings_.photons_per_iteration > 0) return;
   const auto all = static_cast<double>(pixels());
   for (size_t b = 0; b < batches.size(); ++b) {
     const double per_path = std::max(1.0, static_cast<double>(photons[b].photon) / static_cast<double>(batches[b].count));
-    const double rays = static_cast<double>(camera.camera + camera.shadow) / static_cast<double>(batches.size());
+    const double share = batches[b].emission == Emission::kSpecular ? kCausticRays : 1 / static_cast<double>(batches.size());
+    const double rays = share * static_cast<double>(camera.camera + camera.shadow);
     const double wanted = std::clamp(rays / per_path, kFewestPhotons * all, kMostPhotons * all);
     budget_[static_cast<size_t>(batches[b].emission)] = std::max<uint64_t>(1, static_cast<uint64_t>(wanted));
   }

@@ -76,8 +76,8 @@ def test_combined_is_the_sum_of_its_parts():
 # ---------------------------------------------------------------- the split of the work
 
 
-@pytest.mark.parametrize("indirect", ["PHOTONS", "PATHS"])
-def test_photons_take_about_as_many_rays_as_camera_paths(indirect):
+@pytest.mark.parametrize(("indirect", "share"), [("PHOTONS", 1), ("PATHS", 0.5)])
+def test_photons_take_about_as_many_rays_as_camera_paths_and_caustic_photons_half(indirect, share):
     with native.Scene(room(48).desc) as scene, native.Session(scene, native.Settings(indirect=indirect)) as session:
         session.step()
         first = session.progress()
@@ -85,7 +85,7 @@ def test_photons_take_about_as_many_rays_as_camera_paths(indirect):
             session.step()
         last = session.progress()
     paths = last.rays_camera + last.rays_shadow - first.rays_camera - first.rays_shadow
-    assert 0.8 < (last.rays_photon - first.rays_photon) / paths < 1.25
+    assert 0.8 < (last.rays_photon - first.rays_photon) / (share * paths) < 1.25
 
 
 @pytest.mark.parametrize(("walls", "wanted"), [(True, "PHOTONS"), (False, "PATHS")])
