@@ -264,6 +264,7 @@ std::optional<BsdfSample> sample_about_normal(const Lobe& lobe, const ShadingPoi
       if (!reflected && !photon) result.weight *= 1 / square(eta);
       result.weight *= lobe.weight;
       result.smooth = true;
+      result.probability = reflected ? p : 1 - p;
     }
   }
   result.direction = normalize(at.frame.to_world(local));

@@ -80,6 +80,7 @@ struct BsdfSample {
   Vec3 weight;                // f |cos| / pdf
   float pdf_solid_angle = 0;  // 0 for smooth lobes
   bool smooth = false;
+  float probability = 1;      // of a smooth lobe: to reflect, or to refract if it has
 };
 
 // f(wo, wi) of one rough lobe for light that goes from wi to wo, radiance or photons alike; 0 for smooth ones.

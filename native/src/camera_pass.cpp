@@ -14,6 +14,8 @@ namespace {
 constexpr uint32_t kLightSampleBits = 2;
 // A pixel that found none in so many iterations takes one of them, until it finds some again.
 constexpr uint8_t kDarkIterations = 16;
+// A reflection more probable than this is left to the path.
+constexpr float kMirror = 0.5f;
 constexpr size_t kPathsTogether = 64;  // that are followed side by side
 constexpr uint64_t kCameraStream = 0x63616d657261;  // tells a pixel's samples from a photon's
 
@@ -95,7 +97,7 @@ class CameraPath {
     const float near = since_scatter_;
     since_scatter_ += distance;
     const auto add = [&](const EmittedLight& light) { met_sum() += met(light, SPPM_PASS_EMISSION); };
-    if (!camera_ray_ && share_ > 0) scene_.lights.visit_lamps(scattered_at_, ray_.direction, near, since_scatter_, add);
+    if (!camera_ray_ && !lights_known_ && share_ > 0) scene_.lights.visit_lamps(scattered_at_, ray_.direction, near, since_scatter_, add);
     if (surface) {
       path_length_ += distance;
       if (!is_cut_out(*surface)) add(scene_.emitted(*surface, -ray_.direction, scattered_at_, since_scatter_));
@@ -117,6 +119,7 @@ class CameraPath {
   }
 
   void leave_scene() {
+    if (lights_known_) return;
     const bool hidden = camera_ray_ && settings_.transparent_film;
     if (hidden) uncover(beta_);
     if (hidden && !data_.shows_environment()) return;
@@ -147,10 +150,13 @@ class CameraPath {
     if (chosen == LobeChoice::kNothing) return Next::kEnd;
     if (chosen == LobeChoice::kThrough) {
       beta_ *= transparency / choice.through;
+      // What is seen through a surface by chance tells nothing of where that ends.
+      if (!waiting_ && choice.through < 1) sample_.way = static_cast<uint8_t>((sample_.way * 5 + 3) & 15);
       return pass_on(s);
     }
     const Lobe& lobe = bsdf[chosen];
     const float probability = choice.probability[static_cast<size_t>(chosen)];
+    const uint32_t mirrored = waiting_ ? 0 : add_mirrored_light(s, bsdf, choice, wo);
     share_ = share_of_paths(lobe);
     if (waiting_) {
       met_is_indirect_ = true;
@@ -178,6 +184,7 @@ class CameraPath {
     since_scatter_ = ray_.touching.reach;
     camera_ray_ = false;
     const bool transmitted = dot(next->direction, s.ng) * dot(wo, s.ng) < 0;
+    lights_known_ = !transmitted && mirrored >> chosen & 1;
     if (!waiting_) sample_.way = static_cast<uint8_t>((sample_.way * 5 + 1 + transmitted) & 15);
     // Entering glass divides radiance by eta^2 and leaving multiplies it: not a reason to end a path.
     if (transmitted) index_scale_ *= square(dot(wo, s.ng) > 0 ? lobe.ior : 1 / lobe.ior);
@@ -245,6 +252,30 @@ class CameraPath {
       shadows_.add_unshadowed(value, sum);
   }
 
+  // What smooth surfaces show of lamps and environment: of glass that reflects a twentieth the path would find it once in twenty times.
+  // Returns a bit for each lobe that this was done for, which are those that the path seldom takes to reflect.
+  uint32_t add_mirrored_light(const SurfacePoint& s, const Bsdf& bsdf, const LobeChoice& choice, Vec3 wo) {
+    uint32_t done = 0;
+    for (int i = 0; i < bsdf.count; ++i) {
+      const Lobe& lobe = bsdf[i];
+      const float chosen = choice.probability[static_cast<size_t>(i)];
+      if (!lobe.smooth() || lobe.type == LobeType::kRefraction || !(chosen > 0)) continue;
+      const auto mirrored = sample(lobe, bsdf.at, wo, {0, 0, 0}, Transport::kRadiance);  // by 0 it reflects if it can
+      if (!mirrored || dot(mirrored->direction, s.ng) * dot(wo, s.ng) <= 0 || chosen * mirrored->probability > kMirror) continue;
+      done |= 1u << i;
+      const Vec3 weight = beta_ * mirrored->weight * (mirrored->probability * share_of_paths(lobe));
+      Ray ray = s.spawn_at_border(wo, mirrored->direction);
+      const auto add = [&](const EmittedLight& light) {
+        if (is_black(light.radiance)) return;
+        ray.far = light.distance;
+        shadows_.add(ray, weight * light.radiance, sample_.direct);
+      };
+      scene_.lights.visit_lamps(ray.origin, ray.direction, ray.touching.reach, kInfinity, add);
+      scene_.lights.visit_infinite(ray.origin, ray.direction, false, add);
+    }
+    return done;
+  }
+
   // Of a lamp's light that the lobe scatters toward the path, what photons do not carry to surfaces before.
   float share_of_paths(const Lobe& lobe) const { return 1 - asked_ * lobe.photon_share(); }
 
@@ -299,6 +330,7 @@ class CameraPath {
   Vec3 scattered_at_;        // where the ray got its direction
   float since_scatter_ = 0;  // distance from there to where it has come
   bool met_is_indirect_ = false;  // light that the ray meets
+  bool lights_known_ = false;     // lamps and environment there have been added already
   float share_ = 1;          // of that light; the rest is carried by photons
   float asked_ = 0;          // share of the caustic light for which photons are asked at surfaces before
   float path_length_ = 0;    // from the camera [m]

@@ -39,14 +39,13 @@ struct Found {
 
 Film::Film(uint64_t pixels, const DataPasses& data) : pixels_(pixels), passes_(data), data_(pixels * data.size()) {}
 
-void Film::start_radii(const Camera& camera, const CameraSamples& samples, double initial_radius, const PhotonRules& rules,
-                       const Threads& threads) {
+void Film::start_radii(const Camera& camera, const CameraSamples& samples, double initial_radius, const Threads& threads) {
   const auto start = [&](Pixel& pixel, const VisiblePoint& vp) {
     if (pixel.footprint > 0) return;
     const double footprint = initial_radius > 0 ? initial_radius / kFirstRadius : static_cast<double>(camera.footprint(vp.path_length));
     pixel.footprint = std::max(static_cast<float>(footprint), std::numeric_limits<float>::min());
     for (size_t kind = 0; kind < kPhotonKinds; ++kind)
-      pixel.photons[kind].radius = std::max(rules[kind].widest * footprint, static_cast<double>(smallest_radius(vp.p)));
+      pixel.photons[kind].radius = std::max(kFirstRadius * footprint, static_cast<double>(smallest_radius(vp.p)));
   };
   threads.for_blocks(pixels_.size(), kGrain, [&](uint64_t begin, uint64_t end) {
     for (uint64_t i = begin; i < end; ++i) {

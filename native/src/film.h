@@ -31,15 +31,14 @@ class Film {
   Film(uint64_t pixels, const DataPasses& data);
 
   // Gives a pixel that has its first visible point its first radii: `initial_radius`, or by the pixel's footprint if 0.
-  void start_radii(const Camera& camera, const CameraSamples& samples, double initial_radius, const PhotonRules& rules,
-                   const Threads& threads);
+  void start_radii(const Camera& camera, const CameraSamples& samples, double initial_radius, const Threads& threads);
   // Tells visible points what their pixels saw in earlier iterations, so that they may stand for it, and where surfaces end.
   void find_surfaces(const Camera& camera, CameraSamples& samples, const Threads& threads);
   // Adds the visible points of an iteration that is done to what their pixels saw.
   void learn_surfaces(const Camera& camera, const CameraSamples& samples, const Threads& threads);
   // Tells the maps where they will be asked.
   void announce(const CameraSamples& samples, PhotonMaps& maps, const PhotonRules& rules, const Threads& threads) const;
-  // Ends an iteration: each pixel, alone, sums the photons around its visible point and chooses its next radii. Returns how many
+  // Ends an iteration: each pixel sums the photons around its visible point, alone, and its next radii are chosen. Returns how many
   // contributions were left out because they were not finite.
   uint64_t update(const Camera& camera, CameraSamples& samples, const PhotonMaps& maps, const PhotonRules& rules, const Threads& threads);
   // Forgets all iterations.

@@ -68,7 +68,9 @@ void Film::choose_radii(const Camera& camera, const CameraSamples& samples, cons
     });
     const RadiusChoice& choice = kChoice[kind];
     const RadiusRule& rule = rules[kind];
-    const auto variance = [&](size_t i) { return square(densities[i]) / std::max(1.0, pixels_[i].photons[kind].count); };
+    const auto variance = [&](size_t i) {
+      return square(static_cast<double>(densities[i])) / std::max(1.0, pixels_[i].photons[kind].count);
+    };
     // Square of the largest curvature at pixel i, in densities a squared pixel.
     const auto curvature2 = [&](int64_t x, int64_t y, size_t own) {
       double most = 0;
@@ -90,15 +92,14 @@ void Film::choose_radii(const Camera& camera, const CameraSamples& samples, cons
       for (uint64_t x = 0; x < width; ++x) {
         const size_t i = y * width + x;
         Pixel& pixel = pixels_[i];
-        if (!(densities[i] > 0)) continue;
+        const VisiblePoint& vp = samples.pixels[i].point;
+        if (!(densities[i] > 0) || !vp.valid()) continue;
         const auto density = static_cast<double>(densities[i]), footprint = static_cast<double>(pixel.footprint);
         const double n = density * static_cast<double>(rule.paths + rule.paths_before) * square(footprint) / kScatter;
         const double g2 = curvature2(static_cast<int64_t>(x), static_cast<int64_t>(y), i) / square(density);
-        const VisiblePoint& vp = samples.pixels[i].point;
-        if (!vp.valid()) continue;
         const double size = static_cast<double>(camera.footprint(vp.path_length)) / footprint;  // of a pixel
         const double best = std::cbrt(square(size) * std::sqrt(2 / (M_PI * n * g2)));  // infinite where no curvature was found
-        const double radius = std::max(std::clamp(best, rule.narrowest, rule.widest) * footprint,
+        const double radius = std::max(std::clamp(best, rule.narrowest, kFirstRadius) * footprint,
                                        static_cast<double>(smallest_radius(vp.p)));
         double& next = pixel.photons[kind].radius;
         const bool known = pixel.spread.count > 0 && !pixel.spread.near_edge;

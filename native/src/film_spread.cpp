@@ -13,6 +13,8 @@ constexpr uint64_t kCreaseWindow = Outline::kReach;  // pixels within which ends
 constexpr float kOffPlane = 0.25f, kOffPlaneSlope = 0.5f;
 // A surface that bends goes on where it is not seen. Cosine of how far its normal may turn.
 constexpr float kFlat = 0.99f;
+// Cosine to the line of sight below which pixels are too long, as they lie on the surface, to tell where it ends.
+constexpr float kGrazing = 0.1f;
 
 TangentAxes axes_of(const Camera& camera, const VisiblePoint& vp) { return {vp, camera.footprint(vp.path_length)}; }
 
@@ -43,7 +45,11 @@ void Film::learn_surfaces(const Camera& camera, const CameraSamples& samples, co
   threads.for_blocks(pixels_.size(), kGrain, [&](uint64_t begin, uint64_t end) {
     for (uint64_t i = begin; i < end; ++i) {
       const CameraSample& sample = samples.pixels[i];
-      if (sample.point.valid()) pixels_[i].spread.add(sample, axes_of(camera, sample.point));
+      if (sample.point.valid()) {
+        pixels_[i].spread.add(sample, axes_of(camera, sample.point));
+      } else if (sample.met_nothing()) {
+        pixels_[i].spread.add_miss();
+      }
     }
   });
 }
@@ -81,13 +87,11 @@ std::optional<Outline> Film::outline(const Camera& camera, const CameraSamples& 
     return ray.origin + ray.direction * (dot(surface.mean - ray.origin, axes.normal) / dot(ray.direction, axes.normal));
   };
   const Vec3 middle = place(0, 0);
-  std::optional<Outline> found(std::in_place, middle, place(1, 0) - middle, place(0, 1) - middle, axes.normal);
+  Outline found(middle, place(1, 0) - middle, place(0, 1) - middle, axes.normal);
   enum Seen : uint8_t { kUnknown, kSurface, kBehind };
   const auto look = [&](size_t i, Vec3 there) {
     const PixelSpread& seen = pixels_[i].spread;
-    const CameraSample& sample = samples.pixels[i];
-    // Nothing at all, and no light of an emitter that may stand in front.
-    if (seen.count == 0) return !sample.point.valid() && sample.way == 0 && is_black(sample.direct) ? kBehind : kUnknown;
+    if (seen.count == 0) return samples.pixels[i].met_nothing() ? kBehind : kUnknown;
     if (seen.way != 0) return kUnknown;
     const float behind = -dot(seen.mean - surface.mean, axes.normal), near = kOffPlane * axes.footprint;
     return behind > near + kOffPlaneSlope * length(there - surface.mean) ? kBehind : std::abs(behind) <= near ? kSurface : kUnknown;
@@ -104,9 +108,9 @@ std::optional<Outline> Film::outline(const Camera& camera, const CameraSamples& 
   };
   bool ends = false, bent = false;
   visit([&](size_t i, int dx, int dy) {
-    ends |= (at(dx, dy) = look(i, found->place(static_cast<float>(dx), static_cast<float>(dy)))) == kBehind;
+    ends |= (at(dx, dy) = look(i, found.place(static_cast<float>(dx), static_cast<float>(dy)))) == kBehind;
     const PixelSpread& other = pixels_[i].spread;
-    if (other.count == 0 || other.normal == surface.normal) return;
+    if (other.count == 0 || other.way != 0 || other.normal == surface.normal) return;
     const float turn = dot(unpack_direction(other.normal), axes.normal);
     bent |= turn < kFlat && turn > Gatherer::kSameSurface;
   });
@@ -118,14 +122,14 @@ std::optional<Outline> Film::outline(const Camera& camera, const CameraSamples& 
     };
     // The end runs through pixels: the points of their other surface tell how much.
     const auto count = static_cast<float>(pixels_[i].spread.count), others = static_cast<float>(pixels_[i].spread.others);
-    float& share = found->at(dx, dy);
+    float& share = found.at(dx, dy);
     if (here == kBehind) share = count > 0 ? others / (count + others) : 0;
     if (here == kSurface && beside(kBehind)) share = count / (count + others);
   });
   return found;
 }
 
-// The creases within the largest disk of a pixel whose sample has a visible point.
+// Where the surface ends within the largest disk of a pixel whose sample has a visible point.
 Creases Film::creases(const Camera& camera, const CameraSamples& samples, uint64_t x, uint64_t y) const {
   const auto w = static_cast<int64_t>(camera.region_width), h = static_cast<int64_t>(camera.region_height);
   const auto own_x = static_cast<int64_t>(x), own_y = static_cast<int64_t>(y);
@@ -143,7 +147,7 @@ Creases Film::creases(const Camera& camera, const CameraSamples& samples, uint64
   if (x + 1 < camera.region_width) take(own + 1);
   if (y > 0) take(own - camera.region_width);
   if (y + 1 < camera.region_height) take(own + camera.region_width);
-  PixelSpread alone;  // of something thinner than a pixel
+  PixelSpread alone;  // of something thinner than a pixel, or seen by another way
   if (!surface) alone.add(own_sample, axes), surface = &alone;
   const PixelSpread& spread = *surface;
   constexpr auto kReach = static_cast<int64_t>(kCreaseWindow);
@@ -161,7 +165,7 @@ Creases Film::creases(const Camera& camera, const CameraSamples& samples, uint64
     found.add(spread, axes, other, other_axes, std::sqrt(static_cast<float>(dx * dx + dy * dy)));
   });
   if (found.any()) visit([&](size_t i, int64_t, int64_t) { found.check(spread, axes, pixels_[i].spread); });
-  if (spread.way == 0) found.outline = outline(camera, samples, x, y, spread, axes);
+  if (spread.way == 0 && axes.cosine > kGrazing) found.outline = outline(camera, samples, x, y, spread, axes);
   return found;
 }
 

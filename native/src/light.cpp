@@ -190,7 +190,9 @@ std::optional<EmittedLight> Lights::lamp_along(uint32_t i, Vec3 origin, Vec3 dir
   if (!distance) return std::nullopt;
   // Infinite where direct light takes all: the weight of a rough surface's ray is then 0.
   const float choice = lamp.direct_only() ? kInfinity : probability(lamp_entry_[i], origin);
-  return lamp.emitted(origin, direction, *distance, choice);
+  EmittedLight light = lamp.emitted(origin, direction, *distance, choice);
+  light.distance = *distance;
+  return light;
 }
 
 float Lights::triangle_pdf_area(uint32_t light, uint32_t triangle, Vec3 p) const {

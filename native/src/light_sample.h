@@ -23,6 +23,7 @@ struct DirectSample {
 struct EmittedLight {
   Vec3 radiance;
   float pdf_solid_angle = 0;
+  float distance = kInfinity;  // of a lamp [m]
 };
 
 }  // namespace sppm

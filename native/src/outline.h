@@ -1,4 +1,4 @@
-// Where the surface that a pixel sees ends before what lies behind it, told by what its neighbours see.
+// The part of a surface near a pixel, as pixels see it, where it ends before what lies behind.
 //
 // A kernel that reaches over such an end finds no photons beyond, so its area must not count there. A pixel that sees something behind
 // the plane sees that the surface is not there; one that sees something in front of it cannot tell.
@@ -35,10 +35,12 @@ class Outline {
     return !(std::abs(dx) <= kReach && std::abs(dy) <= kReach) || shares_[index(static_cast<int>(dx), static_cast<int>(dy))] > 0;
   }
 
-  // Share of a kernel's weight that lies on the surface, of the part where `hold(place)`; by the quarters of pixels.
+  // Share of a kernel's weight that lies on the surface, of the part where `hold(place)`; by the quarters of pixels, and so 1 for a kernel
+  // that is not much wider than a pixel: half of one may be on the surface, and the kernel on that half.
   template <typename Hold>
   float share(const Kernel& kernel, Hold hold) const {
     float all = 0, on = 0;
+    int places = 0;
     for (int dy = -kReach; dy <= kReach; ++dy)
       for (int dx = -kReach; dx <= kReach; ++dx)
         for (const float x : {-0.25f, 0.25f})
@@ -46,14 +48,15 @@ class Outline {
             const Vec3 p = place(static_cast<float>(dx) + x, static_cast<float>(dy) + y);
             if (kernel.region().level(p) >= 1 || !hold(p)) continue;
             const float weight = kernel.weight(p);
-            all += weight, on += weight * shares_[index(dx, dy)];
+            ++places, all += weight, on += weight * shares_[index(dx, dy)];
           }
-    return on > 0 ? std::max(on / all, kLeast) : 1;
+    return places >= kFewestPlaces && on > 0 ? std::max(on / all, kLeast) : 1;
   }
 
  private:
   // Of a share that is less most may be an error.
   static constexpr float kLeast = 0.25f;
+  static constexpr int kFewestPlaces = 12;  // of a disk with the radius of a pixel
   static constexpr int kSide = 2 * kReach + 1;
 
   static constexpr size_t index(int dx, int dy) { return static_cast<size_t>((dy + kReach) * kSide + dx + kReach); }

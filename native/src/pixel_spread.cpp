@@ -41,6 +41,7 @@ void PixelSpread::begin(const CameraSample& sample, const TangentAxes& axes) {
 }
 
 void PixelSpread::add(const CameraSample& sample, const TangentAxes& axes) {
+  forget();
   if (!has(sample, axes)) {
     if (others < count) {
       ++others;
@@ -49,7 +50,6 @@ void PixelSpread::add(const CameraSample& sample, const TangentAxes& axes) {
     }
     return;
   }
-  if (count == kMostPoints) count = kMostPoints / 2, others = others / 2;
   ++count;
   const Vec3 before = sample.point.p - mean;
   mean += before / static_cast<float>(count);
@@ -59,6 +59,11 @@ void PixelSpread::add(const CameraSample& sample, const TangentAxes& axes) {
   uu += (before[u] * after[u] - uu) * share;
   uv += (before[u] * after[v] - uv) * share;
   vv += (before[v] * after[v] - vv) * share;
+}
+
+// Both counts, before one of them has no room.
+void PixelSpread::forget() {
+  if (count == kMostPoints || others == kMostPoints) count = (count + 1) / 2, others = others / 2;
 }
 
 PixelEllipse PixelSpread::ellipse(const TangentAxes& axes) const {

@@ -59,12 +59,19 @@ struct PixelSpread {
 
   // The majority of its points decides which surface is the pixel's (Boyer and Moore 1981).
   void add(const CameraSample& sample, const TangentAxes& axes);
+  // Adds a sample that met nothing at all.
+  void add_miss() {
+    if (count == 0) return;
+    forget();
+    ++others;
+  }
 
  private:
   static constexpr float kSameNormal = 0.9f;
 
   bool near_plane(Vec3 p, const TangentAxes& axes) const;
   void begin(const CameraSample& sample, const TangentAxes& axes);
+  void forget();
 };
 
 }  // namespace sppm

@@ -19,14 +19,13 @@ inline float smallest_radius(Vec3 p) { return std::max(32 * 0x1p-23f * max_compo
 // First search radius in pixel footprints: about 28 photons where there is one a pixel.
 inline constexpr double kFirstRadius = 3;
 
-// What the radius of the next iteration depends on beside the pixel itself.
+// What the radius of the next iteration depends on beside the pixel itself and, by DENSITY, its neighbours.
 struct RadiusRule {
   SppmRadiusRule rule = SPPM_RADIUS_DENSITY;
   double gamma = 0.7;      // PROGRESSIVE: share of the new photons that is kept; the others: see `step`
   double shrink = 1;       // DENSITY and PASS_INDEXED: r^2 of this iteration over that of the first
   double wanted = 10;      // DENSITY: photons in the first iteration's disk, were there as many paths as pixels
   double narrowest = 0.35; // DENSITY: least radius of the first iteration, in footprints
-  double widest = kFirstRadius;  // the largest; for the others the radius
   uint64_t pixels = 1;
   uint64_t paths = 0, paths_before = 0;  // of this iteration, and of all before it
 
@@ -52,7 +51,7 @@ struct Gathered {
 struct PhotonEstimate {
   double radius = 0;             // [m]; 0 until the pixel has seen a surface
   double count = 0;              // N, photons accepted so far, reduced with the radius; PASS_INDEXED: all photons found
-  double searched = 0;           // DENSITY: sum of paths times area searched, reduced alike [m^2]
+  double searched = 0;           // DENSITY: sum of paths times area searched, reduced as the count [m^2]
   double radiance_sum[3] = {0, 0, 0};  // of all iterations [W m^-2 sr^-1]
 
   void add(Vec3 radiance) {
@@ -77,17 +76,18 @@ struct PhotonEstimate {
       radius = std::max(radius, smallest);
       return;
     }
-    // Each path counts alike, however wide the disk of its iteration was.
-    const double same_area = gathered.searched / static_cast<double>(rule.paths) * static_cast<double>(rule.paths_before);
-    const double kept = searched > same_area ? same_area / searched : 1;
-    count = count * kept + m, searched = searched * kept + gathered.searched;
-    double next = rule.widest * footprint * std::sqrt(rule.shrink);
+    double next = kFirstRadius * footprint * std::sqrt(rule.shrink);
+    if (rule.rule == SPPM_RADIUS_PASS_INDEXED) count += m;
     if (rule.rule == SPPM_RADIUS_DENSITY) {
+      // What was found in wider disks before weighs no more a path than this.
+      const double same_area = gathered.searched / static_cast<double>(rule.paths) * static_cast<double>(rule.paths_before);
+      const double kept = searched > same_area ? same_area / searched : 1;
+      count = count * kept + m, searched = searched * kept + gathered.searched;
       // Only photons of earlier iterations decide, so an iteration's radius does not depend on what it will find.
       const double per_area = count / searched * static_cast<double>(rule.pixels);
       const double wanted = std::sqrt(rule.wanted * rule.shrink / (M_PI * per_area));  // infinite where none was found
       const double limit = footprint * std::sqrt(rule.shrink);
-      next = std::clamp(wanted, rule.narrowest * limit, rule.widest * limit);
+      next = std::clamp(wanted, rule.narrowest * limit, kFirstRadius * limit);
     }
     radius = std::max(next, smallest);
   }

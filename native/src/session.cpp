@@ -134,7 +134,7 @@ void Session::iterate(SppmProgress& done) {
   {
     const Stopwatch watch(done.seconds_camera);
     check_cancelled(run_camera_pass(*scene_, path_, iteration_, threads_, cancel_, samples_, camera));
-    film_.start_radii(scene_->camera, samples_, settings_.initial_radius, rules(batches), threads_);
+    film_.start_radii(scene_->camera, samples_, settings_.initial_radius, threads_);
     if (knows_surfaces) film_.find_surfaces(scene_->camera, samples_, threads_);
   }
   std::vector<RayCounts> counts(batches.size());

@@ -52,7 +52,10 @@ struct CameraSample {
   Vec3 indirect;      // light that paths bring to the visible point from other surfaces
   float alpha = 1;
   uint8_t dark_iterations = 0;  // without direct light, until now, of those that are done
-  uint8_t way = 0;  // a hash of 4 bits of where the path to the point was reflected and where transmitted
+  uint8_t way = 0;  // a hash of 4 bits of where the path to the point was reflected, where transmitted and where let through by chance
+
+  // Nor light of an emitter, which may stand in front of something.
+  bool met_nothing() const { return !point.valid() && way == 0 && is_black(direct); }
 };
 
 }  // namespace sppm

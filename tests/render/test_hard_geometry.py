@@ -63,6 +63,13 @@ def test_scale_changes_only_roundings(scale):
         assert np.abs(picture - wanted[name]).mean() <= 1e-3 * np.abs(wanted[name]).mean(), name
 
 
+@pytest.mark.parametrize("scale", [1e-4, 1e-2, 1e2, 1e4])
+def test_scale_keeps_the_means(scale):
+    wanted, found = render_room(), render_room(scale=scale)
+    for name in ("Combined", "Direct", "Indirect", "Caustics"):
+        assert found[name].mean() == pytest.approx(wanted[name].mean(), rel=2e-3), name
+
+
 @pytest.mark.parametrize(("distance", "bound"), [(10, 1e-3), (1e2, 5e-3), (1e3, 0.02), (1e4, 0.1)])
 def test_far_from_the_origin(distance, bound):
     """A room of 2 m: at 1e4 m single precision knows places to a millimetre, and rays start 2 cm clear of surfaces."""

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from scenes import DOWN, Scene, at, box, check, diffuse, floor, fresnel, glass, grey, means, slab_transmittance, sphere, sun_frame
+from scenes import (DOWN, Scene, at, box, check, diffuse, floor, fresnel, glass, grey, means, render, slab_transmittance,
+                    sphere, sun_frame)
 from sppm.scene_desc import ClosureDesc, ClosureFlags, ClosureType, LightType, Param
 
 RHO = 0.5
@@ -47,6 +48,14 @@ def area_irradiance(height, half, transmittance=lambda cos: 1.0):
     x, y = np.meshgrid(*[(np.arange(400) + 0.5) / 400 * 2 * half - half] * 2)
     d2 = x**2 + y**2 + height**2
     return np.mean(height**2 / d2**2 * transmittance(height / np.sqrt(d2))) * (2 * half) ** 2
+
+
+def test_a_lamp_mirrored_in_glass_has_no_noise():
+    """By chance the path reflects once in 25 times; one path a pixel would scatter by five times the mean."""
+    scene = Scene().add(box((-1, -1, -1), (1, 1, 0)), glass(IOR)).add(floor(0.9, z=-0.01), diffuse(0)).above(1, 0.01)
+    scene.light(LightType.RECTANGLE, at(0, 0, 2), 10, size_x=2, size_y=2)
+    picture = render(scene, "Combined", iterations=1)[..., :3]
+    assert picture == pytest.approx(fresnel(1, IOR) * 10 / (np.pi * 4), rel=1e-3)
 
 
 def test_camera_and_photons_see_the_same_plate():

@@ -295,7 +295,7 @@ typedef enum SppmPass {
                               photons carry of it, or, without `aim_photons`, all */
   SPPM_PASS_RADIUS = 6,   /* 1: search radius of the caustic photons [m] where the pixel has one, else of the others; by DENSITY a pixel's
                               filter may ask for more */
-  SPPM_PASS_PHOTONS = 7,  /* 1: photons found of both kinds; under the PROGRESSIVE rule as that counts them */
+  SPPM_PASS_PHOTONS = 7,  /* 1: photons found of both kinds; but for PASS_INDEXED those found in wider disks count less */
   SPPM_PASS_POSITION = 8, /* 3: of the visible surface plus `origin` [m] */
   SPPM_PASS_UV = 9,       /* 3: of the visible surface: u, v, 1; 0 where its mesh has none */
   SPPM_PASS_OBJECT_INDEX = 10,  /* 1: the instance's */
@@ -320,8 +320,9 @@ typedef enum SppmIndirect {
 /* How the search radius of a pixel shrinks from one iteration to the next. */
 typedef enum SppmRadiusRule {
   SPPM_RADIUS_PROGRESSIVE = 0, /* r'^2 = r^2 (N + gamma M) / (N + M), M photons found in the iteration and N kept before */
-  SPPM_RADIUS_DENSITY = 1,     /* by the density of photons found before, times what PASS_INDEXED shrinks it by, but over no less than the
-                                  pixel's filter where it sees one surface and nothing moves */
+  SPPM_RADIUS_DENSITY = 1,     /* of the least error, by how the density of photons found before bends from pixel to pixel; for caustics
+                                  near edges and where nothing was found also by what PASS_INDEXED shrinks it by; over no less than
+                                  the pixel's filter where it sees one surface and nothing moves */
   SPPM_RADIUS_PASS_INDEXED = 2 /* r'^2 = r^2 (i + gamma) / (i + 1) after iteration i, whatever was found */
 } SppmRadiusRule;
 
