@@ -97,7 +97,7 @@ class CameraPath {
     const float near = since_scatter_;
     since_scatter_ += distance;
     const auto add = [&](const EmittedLight& light) { met_sum() += met(light, SPPM_PASS_EMISSION); };
-    if (!camera_ray_ && !lights_known_ && share_ > 0) scene_.lights.visit_lamps(scattered_at_, ray_.direction, near, since_scatter_, add);
+    if (!camera_ray_ && !lamps_known_ && share_ > 0) scene_.lights.visit_lamps(scattered_at_, ray_.direction, near, since_scatter_, add);
     if (surface) {
       path_length_ += distance;
       if (!is_cut_out(*surface)) add(scene_.emitted(*surface, -ray_.direction, scattered_at_, since_scatter_));
@@ -119,14 +119,18 @@ class CameraPath {
   }
 
   void leave_scene() {
-    if (lights_known_) return;
+    sample_.escaped = camera_ray_;
     const bool hidden = camera_ray_ && settings_.transparent_film;
     if (hidden) uncover(beta_);
     if (hidden && !data_.shows_environment()) return;
-    scene_.lights.visit_infinite(scattered_at_, ray_.direction, camera_ray_, [&](const EmittedLight& light) {
+    const auto add = [&](const EmittedLight& light) {
       const Vec3 value = met(light, SPPM_PASS_ENVIRONMENT);
       if (!hidden) met_sum() += value;
-    });
+    };
+    if (lamps_known_)
+      scene_.lights.visit_world(scattered_at_, ray_.direction, camera_ray_, add);
+    else
+      scene_.lights.visit_infinite(scattered_at_, ray_.direction, camera_ray_, add);
   }
 
   bool is_cut_out(const SurfacePoint& s) const { return camera_ray_ && scene_.is_holdout(s); }
@@ -156,7 +160,7 @@ class CameraPath {
     }
     const Lobe& lobe = bsdf[chosen];
     const float probability = choice.probability[static_cast<size_t>(chosen)];
-    const uint32_t mirrored = waiting_ ? 0 : add_mirrored_light(s, bsdf, choice, wo);
+    const uint32_t mirrored = waiting_ ? 0 : add_mirrored_lamps(s, bsdf, choice, wo);
     share_ = share_of_paths(lobe);
     if (waiting_) {
       met_is_indirect_ = true;
@@ -184,7 +188,7 @@ class CameraPath {
     since_scatter_ = ray_.touching.reach;
     camera_ray_ = false;
     const bool transmitted = dot(next->direction, s.ng) * dot(wo, s.ng) < 0;
-    lights_known_ = !transmitted && mirrored >> chosen & 1;
+    lamps_known_ = !transmitted && mirrored >> chosen & 1;
     if (!waiting_) sample_.way = static_cast<uint8_t>((sample_.way * 5 + 1 + transmitted) & 15);
     // Entering glass divides radiance by eta^2 and leaving multiplies it: not a reason to end a path.
     if (transmitted) index_scale_ *= square(dot(wo, s.ng) > 0 ? lobe.ior : 1 / lobe.ior);
@@ -252,9 +256,10 @@ class CameraPath {
       shadows_.add_unshadowed(value, sum);
   }
 
-  // What smooth surfaces show of lamps and environment: of glass that reflects a twentieth the path would find it once in twenty times.
+  // Lamps that smooth surfaces mirror: of glass that reflects a twentieth the path would find them once in twenty times. Not the
+  // environment, which is there by most ways: the others would miss it.
   // Returns a bit for each lobe that this was done for, which are those that the path seldom takes to reflect.
-  uint32_t add_mirrored_light(const SurfacePoint& s, const Bsdf& bsdf, const LobeChoice& choice, Vec3 wo) {
+  uint32_t add_mirrored_lamps(const SurfacePoint& s, const Bsdf& bsdf, const LobeChoice& choice, Vec3 wo) {
     uint32_t done = 0;
     for (int i = 0; i < bsdf.count; ++i) {
       const Lobe& lobe = bsdf[i];
@@ -271,7 +276,7 @@ class CameraPath {
         shadows_.add(ray, weight * light.radiance, sample_.direct);
       };
       scene_.lights.visit_lamps(ray.origin, ray.direction, ray.touching.reach, kInfinity, add);
-      scene_.lights.visit_infinite(ray.origin, ray.direction, false, add);
+      scene_.lights.visit_suns(ray.origin, ray.direction, add);
     }
     return done;
   }
@@ -330,7 +335,7 @@ class CameraPath {
   Vec3 scattered_at_;        // where the ray got its direction
   float since_scatter_ = 0;  // distance from there to where it has come
   bool met_is_indirect_ = false;  // light that the ray meets
-  bool lights_known_ = false;     // lamps and environment there have been added already
+  bool lamps_known_ = false;  // those that the ray meets have been added already
   float share_ = 1;          // of that light; the rest is carried by photons
   float asked_ = 0;          // share of the caustic light for which photons are asked at surfaces before
   float path_length_ = 0;    // from the camera [m]

@@ -62,14 +62,22 @@ class Lights {
       if (const auto found = lamp_along(sized_lamps_[i], origin, direction, near, far)) visit(*found);
     });
   }
-  // Environment, and unless a camera ray the suns' disks, that a ray which leaves the scene sees; `origin` scattered it.
+  // What a ray that leaves the scene sees, of which `origin` scattered it: the environment, the suns' disks, and both but for camera
+  // rays, which see no suns.
   template <typename Visit>
-  void visit_infinite(Vec3 origin, Vec3 direction, bool camera_ray, Visit visit) const {
+  void visit_world(Vec3 origin, Vec3 direction, bool camera_ray, Visit visit) const {
     if (world_ && !(camera_ray && world_->hidden_from_camera()))
       visit(EmittedLight{world_->radiance(direction), probability(world_entry_, origin) * world_->pdf_solid_angle(direction)});
-    if (!camera_ray)
-      for (const uint32_t i : suns_)
-        if (const auto found = lamp_along(i, origin, direction, 0, kInfinity)) visit(*found);
+  }
+  template <typename Visit>
+  void visit_suns(Vec3 origin, Vec3 direction, Visit visit) const {
+    for (const uint32_t i : suns_)
+      if (const auto found = lamp_along(i, origin, direction, 0, kInfinity)) visit(*found);
+  }
+  template <typename Visit>
+  void visit_infinite(Vec3 origin, Vec3 direction, bool camera_ray, Visit visit) const {
+    visit_world(origin, direction, camera_ray, visit);
+    if (!camera_ray) visit_suns(origin, direction, visit);
   }
   // Density over area with which direct light of p picks a point on emissive triangle `triangle` of light `light`.
   float triangle_pdf_area(uint32_t light, uint32_t triangle, Vec3 p) const;

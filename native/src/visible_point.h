@@ -53,9 +53,10 @@ struct CameraSample {
   float alpha = 1;
   uint8_t dark_iterations = 0;  // without direct light, until now, of those that are done
   uint8_t way = 0;  // a hash of 4 bits of where the path to the point was reflected, where transmitted and where let through by chance
+  bool escaped = false;  // the path left the scene without being scattered
 
-  // Nor light of an emitter, which may stand in front of something.
-  bool met_nothing() const { return !point.valid() && way == 0 && is_black(direct); }
+  // An emitter may stand in front of something.
+  bool met_nothing() const { return escaped && way == 0; }
 };
 
 }  // namespace sppm
