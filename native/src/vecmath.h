@@ -48,7 +48,10 @@ constexpr Vec3 min(Vec3 a, Vec3 b) { return {std::min(a.x, b.x), std::min(a.y, b
 constexpr Vec3 max(Vec3 a, Vec3 b) { return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)}; }
 inline bool is_finite(Vec3 a) { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); }
 constexpr bool is_black(Vec3 a) { return a.x == 0 && a.y == 0 && a.z == 0; }
-constexpr float square(float x) { return x * x; }
+template <typename T>
+constexpr T square(T x) {
+  return x * x;
+}
 constexpr Vec3 lerp(Vec3 a, Vec3 b, float t) { return a * (1 - t) + b * t; }
 // From 0 at `from` to 1 at `to`, without a kink at either.
 constexpr float smooth_step(float from, float to, float x) {
