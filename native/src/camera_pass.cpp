@@ -150,6 +150,8 @@ class CameraPath {
     data_.meet_surface(s, bsdf, transparency, wo, beta_, camera_ray_);
     const uint32_t light_bits = waiting_ || !bsdf.rough() ? 0 : kLightSampleBits;
     float pick = add_direct_light(s, bsdf, choice, wo, light_bits);
+    // Light there counts as met by the next ray, which the last vertex does not have.
+    const uint32_t mirrored = waiting_ || last || !scene_.lights.can_be_met() ? 0 : add_mirrored_lamps(s, bsdf, choice, wo);
     const int chosen = choice.choose(bsdf, pick);
     if (chosen == LobeChoice::kNothing) return Next::kEnd;
     if (chosen == LobeChoice::kThrough) {
@@ -160,7 +162,6 @@ class CameraPath {
     }
     const Lobe& lobe = bsdf[chosen];
     const float probability = choice.probability[static_cast<size_t>(chosen)];
-    const uint32_t mirrored = waiting_ ? 0 : add_mirrored_lamps(s, bsdf, choice, wo);
     share_ = share_of_paths(lobe);
     if (waiting_) {
       met_is_indirect_ = true;

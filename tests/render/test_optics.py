@@ -58,6 +58,17 @@ def test_a_lamp_mirrored_in_glass_has_no_noise():
     assert picture == pytest.approx(fresnel(1, IOR) * 10, rel=1e-3)
 
 
+def test_a_lamp_mirrored_in_glass_that_lets_half_through():
+    """Mixed with transparency glass mirrors half as much, whichever way the path goes on; beyond the depth limit it shows no lamp."""
+    half = ClosureDesc(ClosureType.DIELECTRIC, color=Param(grey(0.5)), color2=Param(grey(0.5)), ior=IOR)
+    clear = ClosureDesc(ClosureType.TRANSPARENT, color=Param(grey(0.5)))
+    scene = Scene().add(box((-1, -1, -1), (1, 1, 0)), half, clear).add(floor(0.9, z=-0.01), diffuse(0)).above(1, 0.01)
+    scene.light(LightType.RECTANGLE, at(0, 0, 2), 10, size_x=2, size_y=2)
+    picture = render(scene, "Combined", iterations=1)[..., :3]
+    assert picture == pytest.approx(0.5 * fresnel(1, IOR) * 10, rel=1e-3)
+    assert not render(scene, "Combined", iterations=1, max_depth=1)[..., :3].any()
+
+
 def test_camera_and_photons_see_the_same_plate():
     """A lit floor seen through a plate is dimmed as a floor lit through it: both by the transmittance at normal incidence."""
     t = slab_transmittance(1, IOR)
