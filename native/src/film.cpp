@@ -118,7 +118,7 @@ uint64_t Film::update(const Camera& camera, CameraSamples& samples, const Photon
     });
   });
   if (rules[kIndirect].rule == SPPM_RADIUS_DENSITY) {
-    choose_radii(camera, samples, rules, width, threads);
+    choose_radii(camera, samples, rules, threads);
     limit_radii(rules, width, threads);
   }
   return std::accumulate(dropped.begin(), dropped.end(), uint64_t{0});

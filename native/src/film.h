@@ -57,8 +57,7 @@ class Film {
   Creases creases(const Camera& camera, const CameraSamples& samples, uint64_t x, uint64_t y) const;
   std::optional<Outline> outline(const Camera& camera, const CameraSamples& samples, uint64_t x, uint64_t y, const PixelSpread& surface,
                                  const TangentAxes& axes) const;
-  void choose_radii(const Camera& camera, const CameraSamples& samples, const PhotonRules& rules, uint64_t width,
-                    const Threads& threads);
+  void choose_radii(const Camera& camera, const CameraSamples& samples, const PhotonRules& rules, const Threads& threads);
   void limit_radii(const PhotonRules& rules, uint64_t width, const Threads& threads);
   void add_data(const CameraSamples& samples, const Threads& threads);
   void read_data(SppmPass pass, float* out) const;

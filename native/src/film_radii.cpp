@@ -54,9 +54,8 @@ void spread_least(std::vector<float>& values, uint64_t width, uint64_t height, f
 // relative bias is r^2/(2 d^2) times their relative difference g. Of n photons a unit of area the relative variance is 1/(pi r^2 n).
 // Squared bias and variance together are least at r^6 = 2 d^4 / (pi n g^2). The density of photons stands for the light: it knows
 // nothing of textures.
-void Film::choose_radii(const Camera& camera, const CameraSamples& samples, const PhotonRules& rules, uint64_t width,
-                        const Threads& threads) {
-  const uint64_t height = pixels_.size() / width;
+void Film::choose_radii(const Camera& camera, const CameraSamples& samples, const PhotonRules& rules, const Threads& threads) {
+  const uint64_t width = camera.region_width, height = camera.region_height;
   std::vector<float> densities(pixels_.size());  // photons a path and area [m^-2], negative where no surface was seen
   for (size_t kind = 0; kind < kPhotonKinds; ++kind) {
     if (rules[kind].paths == 0) continue;

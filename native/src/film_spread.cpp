@@ -8,7 +8,7 @@
 namespace sppm {
 namespace {
 
-constexpr uint64_t kCreaseWindow = Outline::kReach;  // pixels within which ends are looked for: a little more than the first radius
+constexpr int kReach = Outline::kReach;  // pixels within which ends are looked for: a little more than the first radius
 // What lies this far behind the plane, in footprints and of the distance along it, is not the same surface, bent.
 constexpr float kOffPlane = 0.25f, kOffPlaneSlope = 0.5f;
 // A surface that bends goes on where it is not seen. Cosine of how far its normal may turn.
@@ -17,6 +17,17 @@ constexpr float kFlat = 0.99f;
 constexpr float kGrazing = 0.1f;
 
 TangentAxes axes_of(const Camera& camera, const VisiblePoint& vp) { return {vp, camera.footprint(vp.path_length)}; }
+
+// Calls use(i, dx, dy) for each pixel i within the reach of (x, y).
+template <typename Use>
+void visit_around(const Camera& camera, uint64_t x, uint64_t y, Use use) {
+  const auto width = static_cast<int64_t>(camera.region_width), height = static_cast<int64_t>(camera.region_height);
+  for (int dy = -kReach; dy <= kReach; ++dy)
+    for (int dx = -kReach; dx <= kReach; ++dx) {
+      const int64_t i = static_cast<int64_t>(x) + dx, j = static_cast<int64_t>(y) + dy;
+      if (i >= 0 && j >= 0 && i < width && j < height) use(static_cast<size_t>(j * width + i), dx, dy);
+    }
+}
 
 }  // namespace
 
@@ -59,7 +70,8 @@ void Film::mark_edges(const std::vector<uint8_t>& edges, uint64_t width, const T
   const uint64_t height = pixels_.size() / width;
   std::vector<uint8_t> along_row(pixels_.size());
   const auto any = [](uint64_t at, uint64_t size, auto is_marked) {
-    for (uint64_t i = at - std::min(at, kCreaseWindow); i <= std::min(at + kCreaseWindow, size - 1); ++i)
+    constexpr uint64_t kWindow = kReach;
+    for (uint64_t i = at - std::min(at, kWindow); i <= std::min(at + kWindow, size - 1); ++i)
       if (is_marked(i)) return true;
     return false;
   };
@@ -79,7 +91,6 @@ void Film::mark_edges(const std::vector<uint8_t>& edges, uint64_t width, const T
 // Where the surface around a pixel that is seen directly ends before what lies behind it; nothing where it does not.
 std::optional<Outline> Film::outline(const Camera& camera, const CameraSamples& samples, uint64_t x, uint64_t y, const PixelSpread& surface,
                                      const TangentAxes& axes) const {
-  const auto w = static_cast<int64_t>(camera.region_width), h = static_cast<int64_t>(camera.region_height);
   // Where the plane is seen through the middle of a pixel.
   const auto place = [&](float dx, float dy) {
     const Ray ray = camera.ray(static_cast<float>(camera.region_x + x) + 0.5f + dx, static_cast<float>(camera.region_y + y) + 0.5f + dy,
@@ -96,18 +107,11 @@ std::optional<Outline> Film::outline(const Camera& camera, const CameraSamples& 
     const float behind = -dot(seen.mean - surface.mean, axes.normal), near = kOffPlane * axes.footprint;
     return behind > near + kOffPlaneSlope * length(there - surface.mean) ? kBehind : std::abs(behind) <= near ? kSurface : kUnknown;
   };
-  constexpr int kReach = Outline::kReach, kSide = 2 * kReach + 1;
-  std::array<Seen, (kSide + 2) * (kSide + 2)> seen{};  // with a border that nothing is known of
-  const auto at = [&](int dx, int dy) -> Seen& { return seen[static_cast<size_t>((dy + kReach + 1) * (kSide + 2) + dx + kReach + 1)]; };
-  const auto visit = [&](auto use) {
-    for (int dy = -kReach; dy <= kReach; ++dy)
-      for (int dx = -kReach; dx <= kReach; ++dx) {
-        const int64_t i = static_cast<int64_t>(x) + dx, j = static_cast<int64_t>(y) + dy;
-        if (i >= 0 && j >= 0 && i < w && j < h) use(static_cast<size_t>(j * w + i), dx, dy);
-      }
-  };
+  constexpr int kSide = 2 * kReach + 3;
+  std::array<Seen, kSide * kSide> seen{};  // with a border that nothing is known of
+  const auto at = [&](int dx, int dy) -> Seen& { return seen[static_cast<size_t>((dy + kReach + 1) * kSide + dx + kReach + 1)]; };
   bool ends = false, bent = false;
-  visit([&](size_t i, int dx, int dy) {
+  visit_around(camera, x, y, [&](size_t i, int dx, int dy) {
     ends |= (at(dx, dy) = look(i, found.place(static_cast<float>(dx), static_cast<float>(dy)))) == kBehind;
     const PixelSpread& other = pixels_[i].spread;
     if (other.count == 0 || other.way != 0 || other.normal == surface.normal) return;
@@ -115,7 +119,7 @@ std::optional<Outline> Film::outline(const Camera& camera, const CameraSamples& 
     bent |= turn < kFlat && turn > Gatherer::kSameSurface;
   });
   if (!ends || bent) return {};
-  visit([&](size_t i, int dx, int dy) {
+  visit_around(camera, x, y, [&](size_t i, int dx, int dy) {
     const Seen here = at(dx, dy);
     const auto beside = [&](Seen what) {
       return at(dx - 1, dy) == what || at(dx + 1, dy) == what || at(dx, dy - 1) == what || at(dx, dy + 1) == what;
@@ -131,8 +135,6 @@ std::optional<Outline> Film::outline(const Camera& camera, const CameraSamples& 
 
 // Where the surface ends within the largest disk of a pixel whose sample has a visible point.
 Creases Film::creases(const Camera& camera, const CameraSamples& samples, uint64_t x, uint64_t y) const {
-  const auto w = static_cast<int64_t>(camera.region_width), h = static_cast<int64_t>(camera.region_height);
-  const auto own_x = static_cast<int64_t>(x), own_y = static_cast<int64_t>(y);
   const size_t own = y * camera.region_width + x;
   const CameraSample& own_sample = samples.pixels[own];
   const TangentAxes axes = axes_of(camera, own_sample.point);
@@ -150,21 +152,18 @@ Creases Film::creases(const Camera& camera, const CameraSamples& samples, uint64
   PixelSpread alone;  // of something thinner than a pixel, or seen by another way
   if (!surface) alone.add(own_sample, axes), surface = &alone;
   const PixelSpread& spread = *surface;
-  constexpr auto kReach = static_cast<int64_t>(kCreaseWindow);
-  const auto visit = [&](auto use) {
-    for (int64_t j = std::max<int64_t>(own_y - kReach, 0); j <= std::min(own_y + kReach, h - 1); ++j)
-      for (int64_t i = std::max<int64_t>(own_x - kReach, 0); i <= std::min(own_x + kReach, w - 1); ++i)
-        if (pixels_[static_cast<size_t>(j * w + i)].spread.count > 0) use(static_cast<size_t>(j * w + i), i - own_x, j - own_y);
-  };
-  visit([&](size_t i, int64_t dx, int64_t dy) {
+  visit_around(camera, x, y, [&](size_t i, int dx, int dy) {
     const PixelSpread& other = pixels_[i].spread;
     const CameraSample& sample = samples.pixels[i];
-    if (other.normal == spread.normal || !sample.point.valid()) return;
+    if (other.count == 0 || other.normal == spread.normal || !sample.point.valid()) return;
     const TangentAxes other_axes = axes_of(camera, sample.point);
     if (!other.has(sample, other_axes)) return;
     found.add(spread, axes, other, other_axes, std::sqrt(static_cast<float>(dx * dx + dy * dy)));
   });
-  if (found.any()) visit([&](size_t i, int64_t, int64_t) { found.check(spread, axes, pixels_[i].spread); });
+  if (found.any())
+    visit_around(camera, x, y, [&](size_t i, int, int) {
+      if (pixels_[i].spread.count > 0) found.check(spread, axes, pixels_[i].spread);
+    });
   if (spread.way == 0 && axes.cosine > kGrazing) found.outline = outline(camera, samples, x, y, spread, axes);
   return found;
 }

@@ -55,7 +55,7 @@ struct CameraSample {
   uint8_t way = 0;  // a hash of 4 bits of where the path to the point was reflected, where transmitted and where let through by chance
   bool escaped = false;  // the path left the scene without being scattered
 
-  // An emitter may stand in front of something.
+  // Nothing at all, not even an emitter, which may stand in front of something.
   bool met_nothing() const { return escaped && way == 0; }
 };
 
